@@ -1,0 +1,38 @@
+# Every target does its own set-up; nothing outside .venv is touched, except that missing
+# system libraries are installed with apt where that is permitted.
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lock clean
+SHELL := /bin/bash
+BIN := .venv/bin
+
+# The rendering back end that the set-up found, unless the caller names one.
+BACKEND = export MUJOCO_GL=$${MUJOCO_GL:-$$(cat .venv/.backend)}
+
+help: ## say what there is
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /make \1\t/' | expand -t 14
+
+setup: ## make .venv with the locked packages and see that pictures can be rendered
+	@.ci/setup.sh
+
+demo: setup ## run the two-test experiment and print its tables
+	@$(BACKEND); $(BIN)/aoicell demo
+
+test: setup ## style, types, architecture and tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo --cache-dir .cache/import-linter
+	@$(BACKEND); $(BIN)/pytest
+
+lock: ## resolve requirements.lock anew from pyproject.toml
+	@python3 -m venv .cache/lock
+	@.cache/lock/bin/pip --quiet --disable-pip-version-check install uv
+	@.cache/lock/bin/uv --quiet pip compile pyproject.toml --group dev --upgrade \
+	    --universal --python-version 3.11 --generate-hashes \
+	    --no-emit-index-url --no-emit-find-links \
+	    --custom-compile-command "make lock" --output-file requirements.lock
+
+clean: ## remove everything that was made, .venv included
+	rm -rf .venv .cache .hypothesis dist build
+	find src tests models -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,67 @@
+"""The errors that aoicell raises on purpose.
+
+    AoicellError                     exit code 1: a check did not hold
+    |-- InputError                   exit code 2: the caller's input is wrong
+    |   |-- ScenarioError            a scenario file: unknown key, illegal value
+    |   |-- ModelError               an arm, camera, board or cell folder
+    |   `-- RenderingUnavailable     no OpenGL to render with
+    `-- Refused                      exit code 3: a quality gate declines
+        |-- TargetNotFound           a board or marker is not in the picture
+        |-- Unreachable              no joint solution within the limits
+        `-- Implausible              a solver's answer fails its checks
+
+Each message is one sentence that names the culprit, where it stands and what
+would be right. Anything else that escapes is a defect.
+"""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class AoicellError(Exception):
+    """Base of every error that aoicell raises on purpose."""
+
+    exit_code = 1
+
+
+class InputError(AoicellError):
+    """The caller's input is wrong; nothing was computed."""
+
+    exit_code = 2
+
+
+class ScenarioError(InputError):
+    """A scenario file holds an unknown key or an illegal value."""
+
+
+class ModelError(InputError):
+    """An arm, camera, board or cell folder is incomplete or inconsistent."""
+
+
+class RenderingUnavailable(InputError):
+    """No OpenGL context can be made on this machine."""
+
+
+class Refused(AoicellError):
+    """A quality gate declines to answer: no answer is better than a wrong one."""
+
+    exit_code = 3
+
+
+class TargetNotFound(Refused):
+    """A calibration board or marker is not (completely) in the picture."""
+
+
+class Unreachable(Refused):
+    """A pose has no joint solution within the limits."""
+
+
+class Implausible(Refused):
+    """A solver returned something that cannot be true (NaN, behind the camera, ...)."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The tail of an error message: the closest known name, or the list of all."""
+    names = sorted(known)
+    close = get_close_matches(name, names, n=1)
+    return f"did you mean '{close[0]}'?" if close else f"known: {', '.join(names)}"

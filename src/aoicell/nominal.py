@@ -1,0 +1,144 @@
+"""The cell as designed: the only prior knowledge of the estimating code.
+
+Read from a cell folder's `nominal.toml` and the model folders that it names.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from aoicell.board import BoardDesign, load_board
+from aoicell.camera import Camera
+from aoicell.errors import ModelError
+from aoicell.observation import CameraName
+from aoicell.robot import Arm
+from aoicell.targets.chessboard import Chessboard
+from aoicell.toml_table import TomlTable
+from aoicell.transforms import SE3, Array, looking_at
+
+POSES = (
+    "T_world_base",
+    "T_flange_camera",
+    "T_flange_armtarget",
+    "T_base_tabletarget",
+    "T_base_board",
+    "T_base_tripod",
+)
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera pose relative to a target: aim (x, y, z) in its frame, m and rad."""
+
+    id: str
+    distance: float
+    tilt: tuple[float, float] = (0.0, 0.0)
+    roll: float = 0.0
+    aim: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shows: str = ""
+
+    @property
+    def T_target_camera(self) -> SE3:
+        """The camera's pose in the target's frame."""
+        return looking_at(self.aim, self.distance, self.tilt, self.roll)
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """A cell's design: models, design poses, and the views that the procedure takes."""
+
+    name: str
+    folder: Path
+    models: Mapping[str, Path]
+    arm: Arm
+    q_home: Array
+    cameras: Mapping[CameraName, Camera]
+    board: BoardDesign
+    armtarget: Chessboard
+    tabletarget: Chessboard
+    T_world_base: SE3
+    T_flange_camera: SE3
+    T_flange_armtarget: SE3
+    T_base_tabletarget: SE3
+    T_base_board: SE3
+    T_base_tripod: SE3
+    T_base_flange_setup: SE3
+    hand_eye_start: View
+    check: View
+    overview: View
+    inspection_views: tuple[View, ...]
+
+
+def load_nominal(folder: Path) -> Nominal:
+    """Read a cell folder. Raises ModelError naming the file and key that is missing or wrong."""
+    source = folder / "nominal.toml"
+    table = TomlTable.read(source)
+    paths = {name: (folder / table.text("models", name)).resolve() for name in _MODELS}
+    cameras: dict[CameraName, Camera] = {
+        "hand": load_camera(paths["hand"]),
+        "tripod": load_camera(paths["tripod"]),
+    }
+    targets = paths["board"] / "targets.toml"
+    return Nominal(
+        name=table.text("name"),
+        folder=folder,
+        models=paths,
+        arm=Arm(_only_urdf(paths["arm"])),
+        q_home=np.radians(table.numbers("arm", "home_deg")),
+        cameras=cameras,
+        board=load_board(paths["board"]),
+        armtarget=load_chessboard(paths["armtarget"]),
+        tabletarget=load_chessboard(paths["tabletarget"]),
+        **{name: table.pose("poses", name) for name in POSES},
+        T_base_flange_setup=table.pose("setup", "T_base_flange"),
+        hand_eye_start=_view(table.sub("hand_eye", "start"), "start"),
+        check=_view(table.sub("check"), "P_check"),
+        overview=_view(table.sub("overview"), "overview"),
+        inspection_views=tuple(
+            _view(view, view.text("id")) for view in TomlTable.read(targets).each("view")
+        ),
+    )
+
+
+_MODELS = ("arm", "hand", "tripod", "board", "armtarget", "tabletarget")
+
+
+def _view(table: TomlTable, name: str) -> View:
+    x, y = table.numbers("aim_mm", count=2) / 1e3 if "aim_mm" in table.values else (0.0, 0.0)
+    tilt_x, tilt_y = np.radians(table.numbers("tilt_deg", count=2))
+    return View(
+        id=name,
+        distance=table.number("distance_mm") / 1e3,
+        tilt=(float(tilt_x), float(tilt_y)),
+        roll=float(np.radians(table.number("roll_deg"))),
+        aim=(float(x), float(y), 0.0),
+        shows=str(table.values.get("shows", "")),
+    )
+
+
+def load_camera(folder: Path) -> Camera:
+    """Design intrinsics from a camera folder's `camera.toml`."""
+    source = folder / "camera.toml"
+    sensor = TomlTable.read(source).sub("sensor")
+    width, height = int(sensor.number("width_px")), int(sensor.number("height_px"))
+    return Camera.pinhole(sensor.number("focal_px"), width, height)
+
+
+def load_chessboard(path: Path) -> Chessboard:
+    """A chessboard from its TOML file."""
+    table = TomlTable.read(path)
+    return Chessboard(
+        columns=int(table.number("columns")),
+        rows=int(table.number("rows")),
+        square=table.number("square_mm") / 1e3,
+        margin=table.number("margin_mm") / 1e3,
+    )
+
+
+def _only_urdf(folder: Path) -> Path:
+    found = sorted(folder.glob("*.urdf"))
+    if len(found) != 1:
+        raise ModelError(f"{folder}: holds {len(found)} URDF files; an arm's folder holds one")
+    return found[0]

@@ -1,0 +1,108 @@
+"""Kinematics of a serial arm, read from its URDF with Pinocchio."""
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from aoicell.errors import ModelError, Unreachable
+from aoicell.transforms import SE3, Array, distance_deg, distance_mm
+
+
+class Arm:
+    """A serial arm: forward kinematics, Jacobian, inverse kinematics, limits.
+
+    The URDF's root link is the frame `base`; its last frame is called `flange`.
+    Raises ModelError when the file, a mesh or the flange frame is missing.
+    """
+
+    def __init__(self, urdf: Path) -> None:
+        if not urdf.is_file():
+            raise ModelError(f"{urdf}: no such file; the arm's folder must hold this URDF")
+        try:
+            self._model = pin.buildModelFromUrdf(str(urdf))
+        except (ValueError, RuntimeError) as error:
+            reason = str(error).splitlines()[0]
+            raise ModelError(f"{urdf}: not a readable URDF ({reason})") from None
+        if not self._model.existFrame("flange"):
+            raise ModelError(f"{urdf}: no link is called 'flange'; the tool side needs one")
+        self.urdf = urdf
+        self._data = self._model.createData()
+        self._flange = self._model.getFrameId("flange")
+        self.lower = np.array(self._model.lowerPositionLimit)
+        self.upper = np.array(self._model.upperPositionLimit)
+        self.joint_names = tuple(self._model.names)[1:]
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return int(self._model.nq)
+
+    def fk(self, q: ArrayLike) -> SE3:
+        """T_base_flange at joint angles q (rad)."""
+        pin.framesForwardKinematics(self._model, self._data, np.asarray(q, dtype=float))
+        return SE3(self._data.oMf[self._flange])
+
+    def jacobian(self, q: ArrayLike) -> Array:
+        """Flange twist in flange axes (m, rad) per joint rate, (6, dof)."""
+        return np.array(
+            pin.computeFrameJacobian(
+                self._model, self._data, np.asarray(q, dtype=float), self._flange, pin.LOCAL
+            )
+        )
+
+    def limit_margin(self, q: ArrayLike) -> float:
+        """Smallest angle (rad) to a joint limit; negative outside."""
+        q = np.asarray(q, dtype=float)
+        return float(np.minimum(q - self.lower, self.upper - q).min())
+
+    def singularity_margin(self, q: ArrayLike) -> float:
+        """Smallest singular value of the Jacobian (m and rad mixed)."""
+        return float(np.linalg.svd(self.jacobian(q), compute_uv=False).min())
+
+    def ik(self, T_base_flange: SE3, q_near: ArrayLike, name: str = "pose") -> Array:
+        """Joint angles (rad) that reach a flange pose, on the branch of `q_near`.
+
+        Levenberg-Marquardt on the twist in flange axes. Raises Unreachable, naming
+        the pose and what is left, when no solution within the limits is found.
+        """
+        q = np.clip(np.asarray(q_near, dtype=float), self.lower, self.upper)
+        damping, error = 1e-4, self._error(q, T_base_flange)
+        for _ in range(200):
+            if np.abs(error).max() < 1e-12:
+                break
+            J = self.jacobian(q)
+            step = np.linalg.solve(J.T @ J + damping * np.eye(self.dof), J.T @ error)
+            trial = np.clip(q + step, self.lower, self.upper)
+            trial_error = self._error(trial, T_base_flange)
+            if np.linalg.norm(trial_error) < np.linalg.norm(error):
+                q, error, damping = trial, trial_error, max(damping / 10, 1e-14)
+            else:
+                damping *= 10
+                if damping > 1e6:
+                    break
+        if np.abs(error).max() > 1e-8:
+            raise Unreachable(self._explain(q, T_base_flange, name))
+        return q
+
+    def _error(self, q: Array, T_target: SE3) -> Array:
+        return np.array(pin.log6(self.fk(q).actInv(T_target)).vector)
+
+    def _explain(self, q: Array, T_target: SE3, name: str) -> str:
+        reached = self.fk(q)
+        at_limit = [
+            f"{joint} at {np.degrees(angle):.0f} deg"
+            for joint, angle, low, high in zip(
+                self.joint_names, q, self.lower, self.upper, strict=True
+            )
+            if min(angle - low, high - angle) < 1e-6
+        ]
+        x, y, z = T_target.translation * 1e3
+        return (
+            f"{name}: flange pose at ({x:.0f}, {y:.0f}, {z:.0f}) mm in base is out of reach: the "
+            f"nearest found is {distance_mm(reached, T_target):.0f} mm and "
+            f"{distance_deg(reached, T_target):.1f} deg away"
+            + (f" with {', '.join(at_limit)}" if at_limit else "")
+            + "; move it closer to the arm or choose another orientation"
+        )

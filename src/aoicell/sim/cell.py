@@ -1,0 +1,44 @@
+"""`SimCell`: the simulated world as the estimating code may see it, and nothing else."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aoicell.errors import Unreachable
+from aoicell.observation import CameraName, Observation, RobotState
+from aoicell.sim.world import World
+
+
+class SimCell:
+    """The `Cell` protocol over a `World`: nominal kinematics, commanded joints, pictures."""
+
+    __slots__ = ("_colour", "_world")
+
+    def __init__(self, world: World, colour: bool = False) -> None:
+        self._world, self._colour = world, colour
+
+    def move(self, q: ArrayLike) -> None:
+        """Drive to q (rad). Raises Unreachable outside the joint limits."""
+        arm = self._world.nominal.arm
+        target = np.asarray(q, dtype=float)
+        for name, angle, low, high in zip(
+            arm.joint_names, target, arm.lower, arm.upper, strict=True
+        ):
+            if not low <= angle <= high:
+                raise Unreachable(
+                    f"{name}: commanded {np.degrees(angle):.1f} deg, its limits are "
+                    f"{np.degrees(low):.0f} to {np.degrees(high):.0f} deg"
+                )
+        self._world.arrive(target)
+
+    def state(self) -> RobotState:
+        """Commanded joints and the flange pose of the nominal kinematics."""
+        q = self._world.q_command
+        return RobotState(q, self._world.nominal.arm.fk(q))
+
+    def capture(self, camera: CameraName = "hand") -> Observation:
+        """Take a picture: grey (H, W), or RGB (H, W, 3) when the cell was made with colour."""
+        rgb = self._world.picture(camera)
+        observation = Observation(rgb, self.state(), camera)
+        if not self._colour:
+            observation = Observation(observation.grey, observation.state, camera)
+        return self._world.observe(observation)

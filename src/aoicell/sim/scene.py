@@ -1,0 +1,179 @@
+"""Composes the MuJoCo model of a cell from its folder, for a given geometry.
+
+The same function builds the as-built cell (from a drawn geometry) and the nominal twin
+(from the designed one).
+"""
+
+import itertools
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from aoicell.errors import ModelError
+from aoicell.nominal import Nominal
+from aoicell.observation import CameraName
+from aoicell.sim.as_built import Geometry
+from aoicell.sim.board_scene import add_board
+from aoicell.sim.solids import add_printed_plate, set_pose
+from aoicell.targets.chessboard import Chessboard
+from aoicell.toml_table import TomlTable
+from aoicell.transforms import SE3, rotation, translation
+
+HULLS = 0  # geometry group of what collides but is not drawn
+PLATE = 0.003  # thickness of a printed chessboard's plate (m)
+ARM = "arm/"  # prefix of all names that come from the URDF
+
+Sizes = Mapping[CameraName, tuple[int, int, float]]
+
+
+def optical_to_mujoco(T_parent_camera: SE3) -> SE3:
+    """Pose of MuJoCo's camera, which looks along -z with y up, from OpenCV's optical frame.
+
+    The one place where the half turn between the two conventions stands.
+    """
+    return T_parent_camera * rotation("x", np.pi)
+
+
+def build_model(nominal: Nominal, geometry: Geometry, pinholes: Sizes) -> mujoco.MjModel:
+    """Compile the cell. `pinholes` gives width, height (px) and focal length (px) by camera.
+
+    Raises ModelError naming the file that is missing or broken.
+    """
+    room = nominal.folder / "cell.xml"
+    spec = _load(room)
+    spec.visual.global_.offwidth = max(width for width, _, _ in pinholes.values())
+    spec.visual.global_.offheight = max(height for _, height, _ in pinholes.values())
+    _attach_arm(spec, nominal, geometry)
+    flange = spec.body(ARM + "flange")
+    hand = flange.add_body(name="hand")
+    set_pose(hand, geometry.T_flange_camera)
+    _add_camera_model(spec, hand, nominal.models["hand"], "hand")
+    _add_lens(hand, "hand", *pinholes["hand"])
+    _add_armtarget(spec, flange, nominal.armtarget, geometry.T_flange_armtarget)
+    T_world_base = nominal.T_world_base
+    table = spec.worldbody.add_body(name="tabletarget")
+    set_pose(table, T_world_base * geometry.T_base_tabletarget)
+    _add_chessboard(spec, table, "tabletarget", nominal.tabletarget)
+    _add_tripod(spec, nominal, T_world_base * geometry.T_base_tripod)
+    _add_lens(spec.body("tripod"), "tripod", *pinholes["tripod"])
+    board = spec.worldbody.add_body(name="board", mocap=True)
+    set_pose(board, T_world_base * geometry.T_base_board)
+    add_board(spec, board, nominal.board, geometry.Ts_board_marker)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise ModelError(f"{room}: the cell does not compile: {reason}") from None
+    return model
+
+
+def _load(path: Path) -> mujoco.MjSpec:
+    if not path.is_file():
+        raise ModelError(f"{path}: no such file; the cell needs it")
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise ModelError(f"{path}: not readable: {' '.join(str(error).split())}") from None
+
+
+def _attach_arm(spec: mujoco.MjSpec, nominal: Nominal, geometry: Geometry) -> None:
+    urdf = nominal.arm.urdf
+    arm = _load(urdf)
+    for mesh in arm.meshes:
+        mesh.file = str(_existing(urdf.parent / mesh.file, urdf))
+    bodies = [arm.joint(name).parent for name in nominal.arm.joint_names] + [arm.body("flange")]
+    for body, correction in zip(bodies, geometry.joint_corrections, strict=True):
+        origin = SE3(_matrix(body.quat), np.array(body.pos))
+        set_pose(body, origin * correction)
+    mount = spec.worldbody.add_frame()
+    set_pose(mount, nominal.T_world_base)
+    spec.attach(arm, prefix=ARM, frame=mount)
+
+
+def _existing(path: Path, named_in: Path) -> Path:
+    if not path.is_file():
+        raise ModelError(f"{path}: no such mesh; {named_in} names it")
+    return path
+
+
+def _matrix(quat: np.ndarray) -> np.ndarray:
+    R = np.empty(9)
+    mujoco.mju_quat2Mat(R, np.asarray(quat, dtype=float))
+    return R.reshape(3, 3)
+
+
+def _add_camera_model(spec: mujoco.MjSpec, body: mujoco.MjsBody, folder: Path, name: str) -> None:
+    """The meshes of a camera folder whose frame is the optical frame."""
+    source = folder / "camera.toml"
+    table = TomlTable.read(source).values
+    for kind, entries in (("mesh", table.get("mesh", [])), ("hull", table.get("collision", []))):
+        for index, entry in enumerate(e for e in entries if e.get("frame", "camera") == "camera"):
+            _add_mesh(spec, body, _existing(folder / entry["file"], source), entry, kind,
+                      f"{name}_{kind}_{index}")  # fmt: skip
+
+
+def _add_mesh(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, file: Path, entry: Mapping[str, object], kind: str,
+    name: str, scale_z: float = 1.0,
+) -> None:  # fmt: skip
+    spec.add_mesh(name=name, file=str(file), scale=[1, 1, scale_z])
+    collides = int(kind == "hull")
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=entry.get("rgba", [0.5, 0.5, 0.5, 1]),
+        group=HULLS if collides else 1, contype=collides, conaffinity=collides, mass=0,
+    )  # fmt: skip
+
+
+def _add_lens(body: mujoco.MjsBody, name: str, width: int, height: int, focal_px: float) -> None:
+    """A centred pinhole in the body's optical frame; the lens model is applied to its picture."""
+    lens = body.add_camera(name=name, fovy=float(2 * np.degrees(np.arctan(height / 2 / focal_px))))
+    set_pose(lens, optical_to_mujoco(SE3.Identity()))
+
+
+def _add_chessboard(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, target: Chessboard
+) -> None:
+    width, height = target.size
+    add_printed_plate(spec, body, name, target.print_image(), (width, height, PLATE))
+
+
+def _add_armtarget(
+    spec: mujoco.MjSpec, flange: mujoco.MjsBody, target: Chessboard, T_flange_armtarget: SE3
+) -> None:
+    """Chessboard 1 and the bar that carries it from the flange's side."""
+    body = flange.add_body(name="armtarget")
+    set_pose(body, T_flange_armtarget)
+    _add_chessboard(spec, body, "armtarget", target)
+    reach = float(np.linalg.norm(T_flange_armtarget.translation))
+    inner, outer = 0.030, reach + 0.25 * target.size[1]
+    bar = flange.add_body(name="bracket")
+    along = T_flange_armtarget.translation / reach
+    R = np.column_stack([np.cross(along, [0, 0, 1]), along, [0, 0, 1]])
+    set_pose(bar, SE3(R, np.zeros(3)) * translation(0, (inner + outer) / 2, PLATE + 0.004))
+    bar.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.015, (outer - inner) / 2, 0.004],
+        rgba=[0.93, 0.45, 0.10, 1], group=1, mass=0,
+    )  # fmt: skip
+
+
+def _add_tripod(spec: mujoco.MjSpec, nominal: Nominal, T_world_tripod: SE3) -> None:
+    """The camera on its head, and upright legs that reach the floor below the ball joint."""
+    folder = nominal.models["tripod"]
+    body = spec.worldbody.add_body(name="tripod")
+    set_pose(body, T_world_tripod)
+    _add_camera_model(spec, body, folder, "tripod")
+    source = folder / "camera.toml"
+    table = TomlTable.read(source).values
+    mount = table.get("mount", {})
+    if "ball_m" not in mount:
+        return
+    ball = T_world_tripod.act(np.array(mount["ball_m"], dtype=float))
+    legs = spec.worldbody.add_body(name="tripod_legs", pos=ball)
+    scale = float(ball[2]) / float(mount["legs_height_m"])
+    for kind, key in (("mesh", "mesh"), ("hull", "collision")):
+        entries = [entry for entry in table.get(key, []) if entry.get("frame") == "legs"]
+        for index, entry in zip(itertools.count(), entries, strict=False):
+            _add_mesh(spec, legs, _existing(folder / entry["file"], source), entry, kind,
+                      f"legs_{kind}_{index}", scale)  # fmt: skip

@@ -1,0 +1,170 @@
+"""The true state of a cell. Whoever holds a `World` knows everything: only the benchmark may."""
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aoicell.errors import RenderingUnavailable
+from aoicell.nominal import Nominal
+from aoicell.observation import CameraName, Image, Observation
+from aoicell.sim.as_built import AsBuilt, stream
+from aoicell.sim.optics import Lens, add_noise
+from aoicell.sim.scene import ARM, HULLS, build_model
+from aoicell.transforms import SE3, Array, apply, to_quat_wxyz
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What was true at the instant of a picture."""
+
+    T_base_camera: SE3
+    T_base_board: SE3
+
+    @property
+    def T_camera_board(self) -> SE3:
+        """The board as the camera really saw it."""
+        return self.T_base_camera.actInv(self.T_base_board)
+
+
+class World:
+    """A simulated cell with its as-built geometry, the robot's true posture, and pictures of it."""
+
+    def __init__(self, nominal: Nominal, as_built: AsBuilt) -> None:
+        self.nominal, self.as_built = nominal, as_built
+        self.geometry = as_built.geometry
+        self._lenses = {name: Lens(camera) for name, camera in self.geometry.cameras.items()}
+        pinholes = {name: lens.pinhole for name, lens in self._lenses.items()}
+        self.model = build_model(nominal, self.geometry, pinholes)
+        self.data = mujoco.MjData(self.model)
+        self._renderers: dict[CameraName, mujoco.Renderer] = {}
+        self._truths: WeakKeyDictionary[Observation, Truth] = WeakKeyDictionary()
+        self._joints = [self.model.joint(ARM + n).qposadr[0] for n in nominal.arm.joint_names]
+        self.T_base_board = self.geometry.T_base_board
+        self.begin()
+        self.arrive(nominal.q_home)
+
+    def begin(self, trial: int = -1) -> None:
+        """Restart the random streams of arrivals and pictures for a trial.
+
+        Methods that are compared call it each, so that they share their random numbers.
+        """
+        self._trial, self._arrivals, self._pictures = trial, 0, 0
+
+    def arrive(self, q: ArrayLike) -> None:
+        """Bring the arm to the commanded joint angles q (rad), as exactly as it can."""
+        q_command = np.asarray(q, dtype=float)
+        rng = self._stream(f"arrival_{self._arrivals}")
+        self._arrivals += 1
+        # one sigma for all joints that gives the flange the stated spread per axis on average
+        J = self.nominal.arm.jacobian(q_command)[:3]
+        lever = float(np.sqrt((J**2).sum() / 3))
+        scatter = self.as_built.repeatability_sigma / lever
+        self.q_command = q_command
+        noise = scatter * rng.standard_normal(len(q_command))
+        self.data.qpos[self._joints] = q_command + self.geometry.joint_offsets + noise
+        self._update()
+
+    def place_board(self, T_base_board: SE3) -> None:
+        """Put the server board somewhere else."""
+        self.T_base_board = T_base_board
+        self._update()
+
+    def _update(self) -> None:
+        T_world_board = self.nominal.T_world_base * self.T_base_board
+        self.data.mocap_pos[0] = T_world_board.translation
+        self.data.mocap_quat[0] = to_quat_wxyz(T_world_board.rotation)
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+    def T_base_body(self, name: str) -> SE3:
+        """True pose of a body: arm/flange, hand, tripod, armtarget, tabletarget, board."""
+        body = self.data.body(name)
+        T_world_body = SE3(body.xmat.reshape(3, 3).copy(), body.xpos.copy())
+        return self.nominal.T_world_base.actInv(T_world_body)
+
+    def truth(self) -> Truth:
+        """What is true right now, for the hand camera."""
+        return Truth(self.T_base_body("hand"), self.T_base_board)
+
+    def truth_of(self, observation: Observation) -> Truth:
+        """What was true when this observation of this world was made."""
+        return self._truths[observation]
+
+    def observe(self, observation: Observation) -> Observation:
+        """Remember the truth behind an observation that was just made."""
+        self._truths[observation] = self.truth()
+        return observation
+
+    def picture(self, camera: CameraName) -> Image:
+        """A raw picture (H, W, 3), RGB, with the lens and the noise of this cell."""
+        pinhole = self.pinhole_picture(camera)
+        rng = self._stream(f"picture_{self._pictures}")
+        self._pictures += 1
+        return add_noise(self._lenses[camera].expose(pinhole), self.as_built.noise_grey, rng)
+
+    def pinhole_picture(self, camera: CameraName) -> Image:
+        """MuJoCo's bare picture, before the lens."""
+        renderer = self._renderer(camera)
+        renderer.update_scene(self.data, camera, _visible())
+        return np.asarray(renderer.render(), dtype=np.uint8)
+
+    def contacts(self, tolerance: float = 0.0) -> list[tuple[str, str]]:
+        """Pairs of bodies that touch in the present posture."""
+        mujoco.mj_collision(self.model, self.data)
+        pairs = []
+        for contact in self.data.contact[: self.data.ncon]:
+            if contact.dist < -tolerance:
+                bodies = (self.model.geom_bodyid[g] for g in contact.geom)
+                first, second = sorted(self.model.body(b).name for b in bodies)
+                pairs.append((first, second))
+        return sorted(set(pairs))
+
+    def project(self, ps_board: ArrayLike) -> Array:
+        """True pixels (N, 2) in the hand camera's raw picture of points (N, 3) on the board."""
+        return self.geometry.cameras["hand"].project(ps_board, self.truth().T_camera_board)
+
+    def marker_points(self, id: str, ps_marker: ArrayLike) -> Array:
+        """True places (N, 3) on the board of points (N, 3) in a marker's frame."""
+        return apply(self.geometry.Ts_board_marker[id], ps_marker)
+
+    def close(self) -> None:
+        """Free the OpenGL contexts."""
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers.clear()
+
+    def _stream(self, name: str) -> np.random.Generator:
+        return stream(self.as_built.seed, self.as_built.world, self._trial, name)
+
+    def _renderer(self, camera: CameraName) -> mujoco.Renderer:
+        if camera not in self._renderers:
+            width, height, _ = self._lenses[camera].pinhole
+            self._renderers[camera] = make_renderer(self.model, width, height)
+        return self._renderers[camera]
+
+
+def make_renderer(
+    model: mujoco.MjModel, width: int, height: int, shadows: bool = False
+) -> mujoco.Renderer:
+    """An offscreen renderer. Raises RenderingUnavailable when there is no OpenGL."""
+    try:
+        renderer = mujoco.Renderer(model, height, width)
+    except Exception as error:
+        raise RenderingUnavailable(
+            f"no OpenGL to render with ({str(error).splitlines()[0]}); install Mesa's EGL with "
+            "'apt-get install libegl1 libgl1 libgl1-mesa-dri' or run 'make setup'"
+        ) from error
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
+    return renderer
+
+
+def _visible() -> mujoco.MjvOption:
+    option = mujoco.MjvOption()
+    option.geomgroup[HULLS] = 0
+    return option

@@ -1,0 +1,82 @@
+"""TOML tables that complain in one clear sentence."""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aoicell.errors import ModelError, did_you_mean
+from aoicell.transforms import SE3, Array, from_xyz_rpy
+
+
+class TomlTable:
+    """A TOML table that knows where it stands, so that a complaint can say so.
+
+    Every reader raises ModelError with one sentence that names the file, the key and
+    what would be right.
+    """
+
+    @classmethod
+    def read(cls, path: Path) -> "TomlTable":
+        """Read a file. Raises ModelError when it is missing or broken."""
+        try:
+            return cls(path, tomllib.loads(path.read_text(encoding="utf-8")))
+        except OSError:
+            raise ModelError(f"{path}: no such file; the folder must hold it") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ModelError(f"{path}: not valid TOML ({error})") from None
+
+    def __init__(self, source: Path, values: Mapping[str, Any], where: str = "") -> None:
+        self.source, self.values, self.where = source, values, where
+
+    def get(self, *keys: str) -> Any:
+        """The raw value at a key path."""
+        value: Any = self.values
+        for key in keys:
+            if not isinstance(value, Mapping) or key not in value:
+                known = value if isinstance(value, Mapping) else {}
+                path = ".".join((self.where, *keys)).lstrip(".")
+                raise ModelError(
+                    f"{self.source}: key '{path}' is missing; {did_you_mean(key, known)}"
+                )
+            value = value[key]
+        return value
+
+    def sub(self, *keys: str) -> "TomlTable":
+        """The table at a key path."""
+        return TomlTable(self.source, self.get(*keys), ".".join((self.where, *keys)).lstrip("."))
+
+    def each(self, key: str) -> list["TomlTable"]:
+        """The entries of an array of tables."""
+        return [
+            TomlTable(self.source, entry, f"{key}[{index}]")
+            for index, entry in enumerate(self.get(key))
+        ]
+
+    def text(self, *keys: str) -> str:
+        """A text."""
+        return str(self.get(*keys))
+
+    def numbers(self, *keys: str, count: int | None = None) -> Array:
+        """Finite numbers (count,)."""
+        value = self.get(*keys)
+        try:
+            array = np.atleast_1d(np.asarray(value, dtype=float))
+        except (TypeError, ValueError):
+            array = np.array([np.nan])
+        if not np.isfinite(array).all() or (count is not None and array.shape != (count,)):
+            path = ".".join((self.where, *keys)).lstrip(".")
+            wanted = "numbers" if count is None else f"{count} number{'s' * (count > 1)}"
+            raise ModelError(f"{self.source}: '{path}' is {value!r}; it must be {wanted}")
+        return array
+
+    def number(self, *keys: str) -> float:
+        """One finite number."""
+        return float(self.numbers(*keys, count=1)[0])
+
+    def pose(self, *keys: str) -> SE3:
+        """A pose from `xyz_mm` and `rpy_deg`."""
+        xyz = self.numbers(*keys, "xyz_mm", count=3) / 1e3
+        return from_xyz_rpy(xyz, np.radians(self.numbers(*keys, "rpy_deg", count=3)))
