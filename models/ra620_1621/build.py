@@ -11,12 +11,17 @@ convex meshes. Only the joint origins are the maker's; the castings are drawn fr
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import trimesh
 from trimesh import Trimesh
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import shapes
+from shapes import hull
 
 MESHES = Path(__file__).parent / "meshes"
 ARM_MASS = 240.0  # kg, assumed, shared out by volume
@@ -45,30 +50,21 @@ def disc(
     fillet: float = 0.006,
     sections: int = FINE,
 ) -> Trimesh:
-    """Return a cylinder or cone about `axis` through `centre`, with rounded rims.
+    """Return a disc with the rims of a casting."""
+    return shapes.disc(
+        axis, centre, start, stop, radius, end_radius, fillet=fillet, sections=sections
+    )
 
-    It runs from `start` to `stop`, both relative to `centre`.
-    """
-    end_radius = radius if end_radius is None else end_radius
-    arc = np.linspace(0.0, np.pi / 2, 2 if fillet < 0.004 else 4)  # a small rim is a chamfer
-    lower = np.c_[radius - fillet + fillet * np.sin(arc), start + fillet - fillet * np.cos(arc)]
-    upper = np.c_[end_radius - fillet + fillet * np.cos(arc), stop - fillet + fillet * np.sin(arc)]
-    profile = np.vstack([[0.0, start], lower, upper, [0.0, stop]])
-    mesh = trimesh.creation.revolve(profile, sections=sections)
-    mesh.vertices = np.roll(mesh.vertices, "zxy".index(axis), axis=1) + np.asarray(centre)
-    return mesh
+
+def block(low: Point, high: Point, corner: float) -> Trimesh:
+    """Return a box between two corners with every edge rounded by `corner`."""
+    return shapes.block(low, high, corner, fillet=corner * 0.8, sections=24)
 
 
 def solid(axis: str, centre: Point, start: float, stop: float, radius: float) -> Trimesh:
     """Return a coarse cylinder that encloses the fine one: for collision."""
     wide = radius / np.cos(np.pi / COARSE)
     return disc(axis, centre, start, stop, wide, fillet=1e-4, sections=COARSE)
-
-
-def hull(*parts: Trimesh) -> Trimesh:
-    """Return the convex hull of all `parts`."""
-    mesh: Trimesh = trimesh.convex.convex_hull(np.vstack([part.vertices for part in parts]))
-    return mesh
 
 
 def screws(
@@ -82,18 +78,6 @@ def screws(
         place = tuple(np.asarray(centre) + offset)
         parts.append(disc(axis, place, low, high, head, fillet=0.001, sections=8))
     return parts
-
-
-def block(low: Point, high: Point, corner: float) -> Trimesh:
-    """Return a box between two corners with every edge rounded by `corner`."""
-    centres = [
-        (x, y, 0.0)
-        for x in (low[0] + corner, high[0] - corner)
-        for y in (low[1] + corner, high[1] - corner)
-    ]
-    return hull(
-        *(disc("z", c, low[2], high[2], corner, fillet=corner * 0.8, sections=24) for c in centres)
-    )
 
 
 def base() -> Link:

@@ -10,55 +10,21 @@ any direction over upright legs, and the legs may be scaled along z to the heigh
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import trimesh
 from trimesh import Trimesh
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from shapes import block, hull, rod
+
 MESHES = Path(__file__).parent / "meshes"
 BALL = np.array([0.0, 0.080, -0.070])  # centre of the ball head in the optical frame
 FEET_Z, FEET_RADIUS = -1.0, 0.42
 HIP_Z, HIP_RADIUS = -0.120, 0.048  # where the legs join the crown
 Vector = np.ndarray
-
-
-def rod(
-    start: object, stop: object, radius: float, end_radius: float | None = None,
-    fillet: float = 0.001, sections: int = 32,
-) -> Trimesh:  # fmt: skip
-    """Return a round bar from `start` to `stop`, its rims broken by `fillet`."""
-    a, b = np.asarray(start, dtype=float), np.asarray(stop, dtype=float)
-    length = float(np.linalg.norm(b - a))
-    end = radius if end_radius is None else end_radius
-    profile = [
-        [0.0, 0.0], [radius - fillet, 0.0], [radius, fillet],
-        [end, length - fillet], [end - fillet, length], [0.0, length],
-    ]  # fmt: skip
-    mesh = trimesh.creation.revolve(np.array(profile), sections=sections)
-    z = (b - a) / length
-    x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 else [1.0, 0.0, 0.0], z)
-    x /= np.linalg.norm(x)
-    mesh.vertices = mesh.vertices @ np.array([x, np.cross(z, x), z]) + a
-    return mesh
-
-
-def hull(*parts: Trimesh) -> Trimesh:
-    """Return the convex hull of all `parts`."""
-    mesh: Trimesh = trimesh.convex.convex_hull(np.vstack([part.vertices for part in parts]))
-    return mesh
-
-
-def block(low: object, high: object, corner: float = 0.003) -> Trimesh:
-    """Return a box between two corners, its edges along z rounded by `corner`."""
-    a, b = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
-    return hull(
-        *(
-            rod([x, y, a[2]], [x, y, b[2]], corner, sections=20)
-            for x in (a[0] + corner, b[0] - corner)
-            for y in (a[1] + corner, b[1] - corner)
-        )
-    )
 
 
 def around(count: int, radius: float, z: float, phase: float = 0.0) -> list[Vector]:

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from aoicell.board import BoardDesign, load_board
+from aoicell.board import BoardDesign, MarkerDesign, load_board
 from aoicell.camera import Camera
 from aoicell.errors import ModelError
 from aoicell.observation import CameraName
 from aoicell.robot import Arm
 from aoicell.targets.chessboard import Chessboard
 from aoicell.toml_table import TomlTable
-from aoicell.transforms import SE3, Array, looking_at
+from aoicell.transforms import SE3, Array, from_xyz_rpy, looking_at
 
 POSES = (
     "T_world_base",
@@ -69,6 +69,17 @@ class Nominal:
     check: View
     overview: View
     inspection_views: tuple[View, ...]
+
+    @property
+    def positioning_marker(self) -> MarkerDesign:
+        """The marker that serves to locate the board; the others measure."""
+        return next(m for m in self.board.markers if m.role == "positioning")
+
+    @property
+    def T_board_positioning(self) -> SE3:
+        """Its design pose on the board."""
+        m = self.positioning_marker
+        return from_xyz_rpy([m.x, m.y, m.z], [0, 0, m.rotation])
 
 
 def load_nominal(folder: Path) -> Nominal:

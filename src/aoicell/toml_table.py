@@ -37,27 +37,30 @@ class TomlTable:
         for key in keys:
             if not isinstance(value, Mapping) or key not in value:
                 known = value if isinstance(value, Mapping) else {}
-                path = ".".join((self.where, *keys)).lstrip(".")
                 raise ModelError(
-                    f"{self.source}: key '{path}' is missing; {did_you_mean(key, known)}"
+                    f"{self.source}: key '{self._path(*keys)}' is missing; "
+                    f"{did_you_mean(key, known)}"
                 )
             value = value[key]
         return value
 
     def sub(self, *keys: str) -> "TomlTable":
         """The table at a key path."""
-        return TomlTable(self.source, self.get(*keys), ".".join((self.where, *keys)).lstrip("."))
+        return TomlTable(self.source, self.get(*keys), self._path(*keys))
 
     def each(self, key: str) -> list["TomlTable"]:
         """The entries of an array of tables."""
         return [
-            TomlTable(self.source, entry, f"{key}[{index}]")
+            TomlTable(self.source, entry, f"{self._path(key)}[{index}]")
             for index, entry in enumerate(self.get(key))
         ]
 
     def text(self, *keys: str) -> str:
-        """A text."""
-        return str(self.get(*keys))
+        """A text, not empty."""
+        value = self.get(*keys)
+        if not isinstance(value, str) or not value:
+            raise self.complaint(*keys, wanted="a text")
+        return value
 
     def numbers(self, *keys: str, count: int | None = None) -> Array:
         """Finite numbers (count,)."""
@@ -67,9 +70,8 @@ class TomlTable:
         except (TypeError, ValueError):
             array = np.array([np.nan])
         if not np.isfinite(array).all() or (count is not None and array.shape != (count,)):
-            path = ".".join((self.where, *keys)).lstrip(".")
             wanted = "numbers" if count is None else f"{count} number{'s' * (count > 1)}"
-            raise ModelError(f"{self.source}: '{path}' is {value!r}; it must be {wanted}")
+            raise self.complaint(*keys, wanted=wanted)
         return array
 
     def number(self, *keys: str) -> float:
@@ -80,3 +82,11 @@ class TomlTable:
         """A pose from `xyz_mm` and `rpy_deg`."""
         xyz = self.numbers(*keys, "xyz_mm", count=3) / 1e3
         return from_xyz_rpy(xyz, np.radians(self.numbers(*keys, "rpy_deg", count=3)))
+
+    def complaint(self, *keys: str, wanted: str) -> ModelError:
+        """The error to raise about the value at a key path: what it is and what was wanted."""
+        value = self.get(*keys)
+        return ModelError(f"{self.source}: '{self._path(*keys)}' is {value!r}; it must be {wanted}")
+
+    def _path(self, *keys: str) -> str:
+        return ".".join((self.where, *keys)).lstrip(".")

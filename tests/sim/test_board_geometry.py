@@ -1,4 +1,4 @@
-"""The look of the components: solids inside their bounds, print where it belongs."""
+"""The look of the components: solids inside their bounds, turned with their component."""
 
 from __future__ import annotations
 
@@ -12,13 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aoicell.board import KINDS, BoardDesign, Component, load_board
-from aoicell.sim.board_geometry import (
-    Part,
-    board_parts,
-    component_parts,
-    label_image,
-    silkscreen_image,
-)
+from aoicell.sim.board_geometry import board_parts, component_parts
+from aoicell.sim.board_solids import Part
 
 FOLDER = Path(__file__).parents[2] / "models" / "server_board"
 
@@ -78,39 +73,6 @@ def test_a_turned_can_shows_its_polarity_elsewhere() -> None:
     turned = component_parts(replace(can, rotation=math.pi))[-1]
     assert mark.centre[0] < -0.001
     assert turned.centre[0] == pytest.approx(-mark.centre[0])
-
-
-def test_a_label_is_paper_with_dark_print() -> None:
-    label = Component("LBL1", "label", 0, 0, 0, 0, 0.05, 0.014, 0.0002, "S/N 1")
-    image = label_image(label, pixels_per_mm=8)
-    assert image.shape == (112, 400, 3)
-    assert image.dtype == np.uint8
-    assert np.median(image[:20]) > 200
-    bars = image[80, :, 0] < 100
-    assert np.count_nonzero(np.diff(bars.astype(int))) > 20
-    other = label_image(replace(label, label="S/N 2"), pixels_per_mm=8)
-    assert np.mean(image != other) > 0.02
-
-
-def test_a_chip_is_printed_dark() -> None:
-    chip = Component("U1", "chip", 0, 0, 0, 0, 0.021, 0.021, 0.0018, "AST2500 BMC")
-    image = label_image(chip)
-    assert np.median(image) < 60
-    assert image.max() > 120
-
-
-def test_the_silkscreen_is_the_board_seen_from_above(board: BoardDesign) -> None:
-    image = silkscreen_image(board, 2.0)
-    assert image.shape == (660, 840, 3)
-    red, green, blue = image.reshape(-1, 3).mean(axis=0)
-    assert green > 1.5 * red
-    assert green > 1.2 * blue
-    assert np.array_equal(image, silkscreen_image(board, 2.0))
-    hole = board.component("H2")  # rear right: the pad's ring is at the upper right of the picture
-    column, row = (hole.x + 0.21) * 2e3, (0.165 - hole.y) * 2e3
-    assert image[round(row), round(column)].min() > 120
-    assert row < 20
-    assert column > 800
 
 
 def test_printed_parts_are_on_top(board: BoardDesign) -> None:

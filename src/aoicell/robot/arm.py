@@ -1,5 +1,6 @@
 """Kinematics of a serial arm, read from its URDF with Pinocchio."""
 
+from copy import copy
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,22 @@ class Arm:
         self.lower = np.array(self._model.lowerPositionLimit)
         self.upper = np.array(self._model.upperPositionLimit)
         self.joint_names = tuple(self._model.names)[1:]
+        self._offsets = np.zeros(self.dof)
+
+    def corrected(self, joint_offsets: ArrayLike, joint_shifts: ArrayLike) -> "Arm":
+        """A copy with a better model: offsets (dof,) added to the commanded angles (rad).
+
+        `joint_shifts` (dof, 3) move each joint's origin in its parent's axes (m).
+        """
+        arm = copy(self)
+        arm._model = self._model.copy()
+        for placement, shift in zip(
+            arm._model.jointPlacements[1:], np.asarray(joint_shifts), strict=True
+        ):
+            placement.translation += shift
+        arm._data = arm._model.createData()
+        arm._offsets = self._offsets + np.asarray(joint_offsets, dtype=float)
+        return arm
 
     @property
     def dof(self) -> int:
@@ -41,14 +58,14 @@ class Arm:
 
     def fk(self, q: ArrayLike) -> SE3:
         """T_base_flange at joint angles q (rad)."""
-        pin.framesForwardKinematics(self._model, self._data, np.asarray(q, dtype=float))
+        pin.framesForwardKinematics(self._model, self._data, np.asarray(q) + self._offsets)
         return SE3(self._data.oMf[self._flange])
 
     def jacobian(self, q: ArrayLike) -> Array:
         """Flange twist in flange axes (m, rad) per joint rate, (6, dof)."""
         return np.array(
             pin.computeFrameJacobian(
-                self._model, self._data, np.asarray(q, dtype=float), self._flange, pin.LOCAL
+                self._model, self._data, np.asarray(q) + self._offsets, self._flange, pin.LOCAL
             )
         )
 
@@ -82,7 +99,7 @@ class Arm:
                 damping *= 10
                 if damping > 1e6:
                     break
-        if np.abs(error).max() > 1e-8:
+        if not np.abs(error).max() <= 1e-8:  # also when it is NaN
             raise Unreachable(self._explain(q, T_base_flange, name))
         return q
 

@@ -5,7 +5,10 @@ from collections.abc import Mapping
 import mujoco
 
 from aoicell.board import BoardDesign
-from aoicell.sim.board_geometry import Part, board_parts, label_image, silkscreen_image
+from aoicell.sim.board_geometry import board_parts
+from aoicell.sim.board_labels import label_image
+from aoicell.sim.board_silkscreen import silkscreen_image
+from aoicell.sim.board_solids import Part
 from aoicell.sim.solids import add_printed_plate, set_pose
 from aoicell.targets.cross_marker import CrossMarker
 from aoicell.transforms import SE3, from_xyz_rpy, translation

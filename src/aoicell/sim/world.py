@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
-
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,7 +55,7 @@ class World:
 
     def arrive(self, q: ArrayLike) -> None:
         """Bring the arm to the commanded joint angles q (rad), as exactly as it can."""
-        q_command = np.asarray(q, dtype=float)
+        q_command = np.array(q, dtype=float)  # a copy: the caller may go on with its own
         rng = self._stream(f"arrival_{self._arrivals}")
         self._arrivals += 1
         # one sigma for all joints that gives the flange the stated spread per axis on average

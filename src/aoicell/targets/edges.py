@@ -67,7 +67,8 @@ def bar_offsets(profiles: Array, u: Array) -> Array:
     ends = max(2, len(u) // 8)
     left = profiles[..., :ends].mean(axis=-1, keepdims=True)
     right = profiles[..., -ends:].mean(axis=-1, keepdims=True)
-    background = left + (right - left) * (u - u[0]) / (u[-1] - u[0])
+    start, stop = u[:ends].mean(), u[-ends:].mean()  # where `left` and `right` were taken
+    background = left + (right - left) * (u - start) / (stop - start)
     dark = background - profiles
     weight = dark.sum(axis=-1)
     offsets: Array = (dark * u).sum(axis=-1) / np.where(np.abs(weight) < 1, np.nan, weight)

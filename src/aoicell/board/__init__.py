@@ -1,0 +1,24 @@
+"""The designed board: what it is, the folder that it is read from, the checks on its layout."""
+
+from aoicell.board.design import (
+    KINDS,
+    MARKER_KINDS,
+    MARKER_ROLES,
+    BoardDesign,
+    Component,
+    MarkerDesign,
+)
+from aoicell.board.files import COLUMNS, load_board
+from aoicell.board.layout import rectangles_overlap
+
+__all__ = [
+    "COLUMNS",
+    "KINDS",
+    "MARKER_KINDS",
+    "MARKER_ROLES",
+    "BoardDesign",
+    "Component",
+    "MarkerDesign",
+    "load_board",
+    "rectangles_overlap",
+]

@@ -1,0 +1,273 @@
+"""The paper on one page: calibrate, register, localise, correct, visit.
+
+Knows the `Cell` protocol and the nominal cell only. Two methods share the pictures:
+`paper` does what the paper says, `aoicell` the same chain with whatever is better.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TypeVar
+
+from aoicell.calibration.hand_eye import HandEye, solve_hand_eye
+from aoicell.calibration.intrinsics import Intrinsics, calibrate_intrinsics
+from aoicell.calibration.poses import INTRINSIC_VIEWS, SETUP_MOTIONS, TABLE_2
+from aoicell.calibration.refinement import refine_hand_eye
+from aoicell.calibration.world import TripodView, WorldSetup, set_up_world
+from aoicell.correction import Correction, correct
+from aoicell.errors import TargetNotFound
+from aoicell.localization import locate
+from aoicell.nominal import Nominal, View
+from aoicell.observation import Cell, Image, Observation, RobotState, capture_at
+from aoicell.registration import (
+    TaughtView,
+    Template,
+    designed_layout,
+    measured_layout,
+    register,
+)
+from aoicell.robot import Arm
+from aoicell.targets.chessboard import half_turn
+from aoicell.targets.cross_marker import CrossMarker
+from aoicell.targets.pose import solve_pose
+from aoicell.transforms import SE3, Array, angle_of
+
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True)
+class Method:
+    """What distinguishes two ways through the same procedure.
+
+    `all_views`: world set-up from all tripod pictures and hand-eye from all hand pictures,
+    refined on the reprojection error; else one tripod picture and the closed form over the
+    six poses of Table 2. `all_markers`: one overview of all markers with their measured
+    layout; else the positioning marker alone, from P_check. `by_equations`: (2)-(6).
+    """
+
+    name: str
+    all_views: bool
+    all_markers: bool
+    by_equations: bool
+
+
+METHODS: Mapping[str, Method] = MappingProxyType(
+    {
+        "paper": Method("paper", all_views=False, all_markers=False, by_equations=True),
+        "aoicell": Method("aoicell", all_views=True, all_markers=True, by_equations=False),
+    }
+)
+
+
+@dataclass(frozen=True)
+class CalibrationPictures:
+    """Everything that is photographed to calibrate: tripod views, intrinsic views, Table 2."""
+
+    tripod: tuple[Observation, ...]
+    intrinsic: tuple[Observation, ...]
+    table_2: tuple[Observation, ...]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The calibrated cell as one method has it; `unused` says why a picture was not used."""
+
+    hand: Intrinsics
+    tripod: Intrinsics
+    world: WorldSetup
+    hand_eye: HandEye
+    arm: Arm
+    unused: tuple[str, ...]
+
+    def T_base_camera(self, state: RobotState) -> SE3:
+        """The hand camera at a robot state, by the arm and the hand-eye of this calibration."""
+        return self.arm.fk(state.q) * self.hand_eye.T_flange_camera
+
+
+@dataclass(frozen=True)
+class TaughtPictures:
+    """Pictures of the taught board: from P_check, from above, and the standard images."""
+
+    check: Observation
+    overview: Observation
+    views: tuple[TaughtView, ...]
+
+
+# -- Moving and taking pictures -------------------------------------------------------------
+
+
+def photograph_targets(cell: Cell, nominal: Nominal) -> CalibrationPictures:
+    """Visit all calibration poses, planned on the nominal cell."""
+    arm, q_home = nominal.arm, nominal.q_home
+    start = nominal.T_base_tabletarget * nominal.hand_eye_start.T_target_camera
+    T_start = start * nominal.T_flange_camera.inverse()
+    q_start = arm.ik(T_start, q_home, "hand-eye start")
+    q_setup = arm.ik(nominal.T_base_flange_setup, q_home, "world set-up")
+    setup = [
+        arm.ik(nominal.T_base_flange_setup * dT, q_setup, f"world set-up {i + 1}")
+        for i, dT in enumerate(SETUP_MOTIONS)
+    ]
+    views = [
+        flange_target(nominal, nominal.T_base_tabletarget, view, q_start)
+        for view in INTRINSIC_VIEWS
+    ]
+    table_2 = [arm.ik(T_start * dT, q_start, f"Table 2 {id}") for id, dT in TABLE_2.items()]
+    return CalibrationPictures(
+        tripod=tuple(capture_at(cell, setup, "tripod")),
+        intrinsic=tuple(capture_at(cell, views)),
+        table_2=tuple(capture_at(cell, table_2)),
+    )
+
+
+def flange_target(nominal: Nominal, T_base_target: SE3, view: View, q_near: Array) -> Array:
+    """Joint angles (rad) from which the camera, mounted as designed, has the view of a target."""
+    T_base_flange = T_base_target * view.T_target_camera * nominal.T_flange_camera.inverse()
+    return nominal.arm.ik(T_base_flange, q_near, view.id)
+
+
+def photograph_board(cell: Cell, nominal: Nominal) -> TaughtPictures:
+    """Template login: look at the board from P_check, from above, and from the taught views."""
+    T_base_board, q_home = nominal.T_base_board, nominal.q_home
+    T_base_marker = T_base_board * nominal.T_board_positioning
+    q_check = flange_target(nominal, T_base_marker, nominal.check, q_home)
+    q_overview = flange_target(nominal, T_base_board, nominal.overview, q_check)
+    q_views = [
+        flange_target(nominal, T_base_board, view, q_check) for view in nominal.inspection_views
+    ]
+    check, overview, *standards = capture_at(cell, [q_check, q_overview, *q_views])
+    views = [
+        TaughtView(view.id, standard)
+        for view, standard in zip(nominal.inspection_views, standards, strict=True)
+    ]
+    return TaughtPictures(check, overview, tuple(views))
+
+
+# -- Estimating -------------------------------------------------------------------------------
+
+
+def calibrate(
+    pictures: CalibrationPictures, nominal: Nominal, methods: Sequence[Method]
+) -> dict[str, Calibration]:
+    """Intrinsics, world set-up and hand-eye for each method, from the same pictures."""
+    arm_board, table_board = nominal.armtarget, nominal.tabletarget
+    pairs, unused = _sightings(pictures.tripod, arm_board.detect_pair, "tripod picture")
+    uvs, unused_hand = _sightings(_hand_pictures(pictures), table_board.detect, "hand picture")
+    uvs_arm = [uv_arm for uv_arm, _ in pairs.values()]
+    tripod = calibrate_intrinsics(arm_board, uvs_arm, nominal.cameras["tripod"])
+    hand = calibrate_intrinsics(table_board, list(uvs.values()), nominal.cameras["hand"])
+    tripod_views = [
+        TripodView(uv_arm, uv_table, picture.state.T_base_flange)
+        for picture, (uv_arm, uv_table) in pairs.items()
+    ]
+    calibrations = {}
+    for method in methods:
+        world = set_up_world(
+            tripod_views if method.all_views else tripod_views[:1],
+            tripod.camera, arm_board, table_board,
+            nominal.T_flange_armtarget, nominal.T_base_tabletarget,
+        )  # fmt: skip
+        shown = _hand_pictures(pictures) if method.all_views else pictures.table_2
+        used = [picture for picture in shown if picture in uvs]
+        hand_eye, arm = _hand_eye(used, uvs, hand, world, nominal, refine=method.all_views)
+        calibrations[method.name] = Calibration(
+            hand, tripod, world, hand_eye, arm, (*unused, *unused_hand)
+        )
+    return calibrations
+
+
+def _sightings(
+    pictures: Sequence[Observation], detect: Callable[[Image, str], Found], name: str
+) -> tuple[dict[Observation, Found], list[str]]:
+    """What was detected, by picture, and the reason for each picture that is not used."""
+    found, reasons = {}, []
+    for index, picture in enumerate(pictures, start=1):
+        try:
+            found[picture] = detect(picture.grey, f"{name} {index}")
+        except TargetNotFound as error:
+            reasons.append(str(error))
+    return found, reasons
+
+
+def _hand_pictures(pictures: CalibrationPictures) -> tuple[Observation, ...]:
+    return pictures.intrinsic + pictures.table_2
+
+
+def _hand_eye(
+    pictures: Sequence[Observation],
+    uvs_px: Mapping[Observation, Array],
+    hand: Intrinsics,
+    world: WorldSetup,
+    nominal: Nominal,
+    refine: bool,
+) -> tuple[HandEye, Arm]:
+    """A X = Z B, with the half turn of the board settled by where the set-up puts it."""
+    target, camera = nominal.tabletarget, hand.camera
+    uvs, Ts_camera_target = [], []
+    for picture in pictures:
+        T_base_camera = picture.state.T_base_flange * nominal.T_flange_camera
+        expected = T_base_camera.actInv(world.T_base_tabletarget)
+        readings = [uvs_px[picture], half_turn(uvs_px[picture])]
+        poses = [solve_pose(target.corners, uv, camera).T_camera_target for uv in readings]
+        turns = [angle_of(expected.actInv(T)) for T in poses]
+        nearer = turns.index(min(turns))
+        uvs.append(readings[nearer])
+        Ts_camera_target.append(poses[nearer])
+    Ts_base_flange = [picture.state.T_base_flange for picture in pictures]
+    result = solve_hand_eye(Ts_base_flange, Ts_camera_target)
+    if not refine:
+        return result, nominal.arm
+    qs = [picture.state.q for picture in pictures]
+    return refine_hand_eye(result, nominal.arm, target, camera, uvs, qs, Ts_camera_target)
+
+
+def teach(
+    pictures: TaughtPictures, calibration: Calibration, nominal: Nominal, method: Method
+) -> Template:
+    """The template of one method: the positioning marker alone, or all markers as measured."""
+    camera, positioning = calibration.hand.camera, nominal.positioning_marker
+    marker = CrossMarker(size=positioning.size, pitch=positioning.pitch)
+
+    def expected(observation: Observation, T_base_target: SE3) -> SE3:
+        return calibration.T_base_camera(observation.state).actInv(T_base_target)
+
+    if not method.all_markers:
+        T_base_marker = nominal.T_base_board * nominal.T_board_positioning
+        return register(
+            pictures.check, pictures.views, {positioning.id: marker.crosses}, marker, camera,
+            expected(pictures.check, T_base_marker),
+        )  # fmt: skip
+    shown = [pictures.check, pictures.overview, *(view.standard for view in pictures.views)]
+    layout = measured_layout(
+        shown, [expected(o, nominal.T_base_board) for o in shown],
+        designed_layout(nominal.board, marker), marker, camera, fixed=positioning.id,
+    )  # fmt: skip
+    return register(
+        pictures.overview, pictures.views, layout, marker, camera,
+        expected(pictures.overview, nominal.T_base_board),
+    )  # fmt: skip
+
+
+# -- Online -------------------------------------------------------------------------------------
+
+
+def relocate(
+    cell: Cell, template: Template, calibration: Calibration, method: Method
+) -> Correction:
+    """Look from the taught look-out pose, locate the board, correct all taught views."""
+    cell.move(template.look.state.q)
+    observation = cell.capture()
+    located = locate(
+        observation, template.layout, template.marker, calibration.hand.camera,
+        template.taught.T_camera_target, needed=min(3, len(template.layout)),
+    )  # fmt: skip
+    return correct(
+        template, located, calibration.T_base_camera(template.look.state),
+        calibration.T_base_camera(observation.state), calibration.arm, method.by_equations,
+    )  # fmt: skip
+
+
+def visit(cell: Cell, correction: Correction) -> dict[str, Observation]:
+    """Drive to the corrected views and take the new images, by view id."""
+    views = correction.views
+    pictures = capture_at(cell, [view.q for view in views])
+    return {view.id: picture for view, picture in zip(views, pictures, strict=True)}

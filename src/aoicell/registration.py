@@ -1,0 +1,116 @@
+"""Template login: the board as it lies when it is taught.
+
+Where its markers are on it, where it is, the inspection poses and their standard images.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from aoicell.board import BoardDesign
+from aoicell.camera import Camera
+from aoicell.localization import Layout, Localization, identify, locate
+from aoicell.observation import Observation
+from aoicell.targets.cross_marker import CrossMarker
+from aoicell.targets.pose import solve_pose
+from aoicell.transforms import SE3, Array, apply, from_rvec, from_xyz_rpy
+
+
+@dataclass(frozen=True)
+class TaughtView:
+    """An inspection view as taught: its name and the standard image with its robot state."""
+
+    id: str
+    standard: Observation
+
+
+@dataclass(frozen=True)
+class Template:
+    """What the online phase needs to know.
+
+    `look` is the observation that located the taught board from the check or overview pose;
+    `taught` its result: T_S of the paper when the layout is the one positioning marker.
+    """
+
+    layout: Layout
+    marker: CrossMarker
+    look: Observation
+    taught: Localization
+    views: tuple[TaughtView, ...]
+
+
+def register(
+    look: Observation,
+    views: Sequence[TaughtView],
+    layout: Layout,
+    marker: CrossMarker,
+    camera: Camera,
+    T_camera_expected: SE3,
+) -> Template:
+    """Locate the taught board in `look` and keep it with the taught views.
+
+    Raises TargetNotFound when a marker of the layout is not in the picture.
+    """
+    taught = locate(look, layout, marker, camera, T_camera_expected)
+    return Template(layout, marker, look, taught, tuple(views))
+
+
+def designed_layout(board: BoardDesign, marker: CrossMarker) -> Layout:
+    """Cross centres (4, 3) by marker id in the board's frame, as drawn."""
+    return {
+        m.id: apply(from_xyz_rpy([m.x, m.y, m.z], [0, 0, m.rotation]), marker.crosses)
+        for m in board.markers
+    }
+
+
+def measured_layout(
+    observations: Sequence[Observation],
+    Ts_camera_expected: Sequence[SE3],
+    design: Layout,
+    marker: CrossMarker,
+    camera: Camera,
+    fixed: str,
+) -> Layout:
+    """The layout as the pictures show it: each marker moved and turned in the board's plane.
+
+    The marker `fixed` stays at its design place: it defines the board's frame. A joint
+    refinement over all pictures, with the camera poses free, so the arm has no part in it.
+    """
+    sightings = []
+    for observation, expected in zip(observations, Ts_camera_expected, strict=True):
+        uvs = identify(marker.detect(observation.grey), design, camera, expected)
+        if uvs:
+            sightings.append((uvs, _start_pose(uvs, design, camera)))
+    free = [id for id in design if id != fixed]
+
+    def moved(x: Array) -> Layout:
+        layout = dict(design)
+        for k, id in enumerate(free):
+            layout[id] = _moved_in_plane(design[id], *x[3 * k : 3 * k + 3])
+        return layout
+
+    def residuals(x: Array) -> Array:
+        layout, offset = moved(x), 3 * len(free)
+        parts = []
+        for k, (uvs, start) in enumerate(sightings):
+            d = x[offset + 6 * k : offset + 6 * k + 6]
+            T = start * from_rvec(d[:3], d[3:])
+            parts += [(uv - camera.project(layout[id], T)).ravel() for id, uv in uvs.items()]
+        return np.concatenate(parts)
+
+    start = np.zeros(3 * len(free) + 6 * len(sightings))
+    solution = least_squares(residuals, start, x_scale="jac")
+    return moved(solution.x)
+
+
+def _start_pose(uvs: Mapping[str, Array], design: Layout, camera: Camera) -> SE3:
+    points = np.concatenate([design[id] for id in uvs])
+    return solve_pose(points, np.concatenate(list(uvs.values())), camera).T_camera_target
+
+
+def _moved_in_plane(points: Array, dx: float, dy: float, turn: float) -> Array:
+    centre = points.mean(axis=0)
+    motion = from_xyz_rpy(centre + [dx, dy, 0], [0, 0, turn])
+    return apply(motion, points - centre)
