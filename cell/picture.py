@@ -5,7 +5,6 @@ python cell/picture.py
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 # First of all: it chooses the rendering back end, which mujoco reads when it is imported.
@@ -59,7 +58,7 @@ def softly_lit(world: World) -> Image:
     model.light_castshadow[:] = 1
     model.light_cutoff[:], model.light_exponent[:] = 80, 0
     model.vis.map.shadowscale = SHADOWED_DEG / 80
-    model.light_diffuse[key], model.light_diffuse[fill] = 0.42, 0.42
+    model.light_diffuse[key], model.light_diffuse[fill] = 0.52, 0.40
     model.light_specular[key], model.light_specular[fill] = 0.3, 0.05
     visible = mujoco.MjvOption()
     visible.geomgroup[HULLS] = 0

@@ -2,6 +2,8 @@
 cells that many tests look at.
 """
 
+# ruff: noqa: E402 - the environment has to stand before anything else is imported
+
 import os
 
 # Before any test imports mujoco or numpy, which read these once.

@@ -87,7 +87,7 @@ def test_what_is_wrong_is_named(folder: Path, old: str, new: str, says: str) -> 
 
 
 def test_an_absent_folder(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="nowhere.nominal.toml: no such file"):
+    with pytest.raises(ModelError, match=r"nowhere.nominal.toml: no such file"):
         load_nominal(tmp_path / "nowhere")
 
 

@@ -80,12 +80,12 @@ def test_the_count_of_numbers_is_checked(table: TomlTable) -> None:
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="absent.toml: no such file"):
+    with pytest.raises(ModelError, match=r"absent.toml: no such file"):
         TomlTable.read(tmp_path / "absent.toml")
 
 
 @pytest.mark.parametrize("content", [b"a = ", b"a = 1\na = 2", b"\xff\xfe\x00"])
 def test_a_broken_file_is_named(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "broken.toml").write_bytes(content)
-    with pytest.raises(ModelError, match="broken.toml: not valid TOML"):
+    with pytest.raises(ModelError, match=r"broken.toml: not valid TOML"):
         TomlTable.read(tmp_path / "broken.toml")

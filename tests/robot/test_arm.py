@@ -56,9 +56,7 @@ def urdf_fk(urdf: Path, q: np.ndarray) -> SE3:
         joint = by_parent[link]
         origin = joint.find("origin")
         assert origin is not None
-        xyz, rpy = (
-            [float(v) for v in origin.get(key, "0 0 0").split()] for key in ("xyz", "rpy")
-        )
+        xyz, rpy = ([float(v) for v in origin.get(key, "0 0 0").split()] for key in ("xyz", "rpy"))
         T = T * from_xyz_rpy(xyz, rpy)
         if joint.get("type") == "revolute":
             axis = np.array([float(v) for v in joint.find("axis").get("xyz").split()])  # type: ignore[union-attr]

@@ -13,7 +13,7 @@ from aoicell.sim.cell import SimCell
 from aoicell.sim.world import World
 from aoicell.targets.chessboard import Chessboard, half_turn
 from aoicell.targets.pose import rms
-from aoicell.transforms import SE3, Array, rotation, translation
+from aoicell.transforms import SE3, Array, looking_at
 
 TaughtPoses = Callable[[Nominal], Mapping[str, Array]]
 
@@ -156,22 +156,22 @@ def true_corners(world: World) -> Array:
 
 
 @pytest.mark.parametrize(
-    ("motion", "limit_px"),
+    ("T_target_camera", "limit_px"),
     [
-        (translation(), 0.025),
-        (rotation("z", np.radians(30)), 0.01),
-        (translation(z=0.1) * rotation("x", np.radians(20)) * rotation("z", 0.2), 0.01),
+        (looking_at([0, 0, 0], 0.5), 0.03),
+        (looking_at([0, 0, 0], 0.5, roll=0.5), 0.012),
+        (looking_at([0, 0, 0], 0.55, tilt=(0.35, -0.25), roll=0.2), 0.012),
         # edges square with the raster: aliasing moves whole edges
-        (translation(y=0.30, z=0.10) * rotation("x", np.radians(30)), 0.06),
+        (looking_at([0, 0, 0], 0.6, tilt=(0.5, 0)), 0.06),
     ],
     ids=["straight", "turned", "tilted and turned", "tilted"],
 )
 def test_rendered_corners(
-    ideal_world: World, nominal: Nominal, taught_poses: TaughtPoses, motion: SE3, limit_px: float
+    ideal_world: World, nominal: Nominal, T_target_camera: SE3, limit_px: float
 ) -> None:
-    start = taught_poses(nominal)["start"]
+    T_base_flange = nominal.T_base_tabletarget * T_target_camera * nominal.T_flange_camera.inverse()
     cell = SimCell(ideal_world)
-    cell.move(nominal.arm.ik(nominal.arm.fk(start) * motion, start))
+    cell.move(nominal.arm.ik(T_base_flange, nominal.q_home))
     uv, expected = BOARD.detect(cell.capture().grey), true_corners(ideal_world)
     assert min(rms(uv - expected), rms(half_turn(uv) - expected)) < limit_px
 

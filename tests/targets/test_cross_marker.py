@@ -72,7 +72,9 @@ def flat_picture(angle_deg: float, mm_per_pixel: float) -> tuple[Image, Array]:
     warped = cv2.warpAffine(
         print_, big, (300 * fine, 300 * fine), flags=cv2.INTER_AREA, borderValue=60
     )
-    grey = cv2.GaussianBlur(cv2.resize(warped, (300, 300), interpolation=cv2.INTER_AREA), (0, 0), 0.7)
+    grey = cv2.GaussianBlur(
+        cv2.resize(warped, (300, 300), interpolation=cv2.INTER_AREA), (0, 0), 0.7
+    )
     points = MARKER.crosses[:, :2] * [1, -1] * 1e3 / 60 * pixels
     return np.asarray(grey, dtype=np.uint8), points @ turn.T + centre
 
@@ -108,7 +110,9 @@ def test_rendered_markers(
         assert min(nearest_turn(uv, expected) for uv in found) < 0.01, id
 
 
-def test_crosses_come_clockwise(ideal_world: World, nominal: Nominal, taught_poses: TaughtPoses) -> None:
+def test_crosses_come_clockwise(
+    ideal_world: World, nominal: Nominal, taught_poses: TaughtPoses
+) -> None:
     cell = SimCell(ideal_world)
     cell.move(taught_poses(nominal)["overview"])
     for uv in MARKER.detect(cell.capture().grey):

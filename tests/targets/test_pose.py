@@ -139,7 +139,7 @@ def test_refinement_starts_anywhere_near() -> None:
 
 def test_reprojection_is_measured_minus_projected() -> None:
     T = seen()
-    uv = STRAIGHT.project(MARKER, T) + [3.0, 4.0]
+    uv = STRAIGHT.project(MARKER, T) + np.array([3.0, 4.0])
     np.testing.assert_allclose(reprojection(MARKER, uv, STRAIGHT, T), np.full((4, 2), [3, 4]))
     assert rms(reprojection(MARKER, uv, STRAIGHT, T)) == pytest.approx(5)
 

@@ -8,8 +8,8 @@ averages what rasterisation and noise do to each.
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from aoicell.observation import Image
 from aoicell.transforms import Array
@@ -31,23 +31,18 @@ class Strips:
     def sample(self, grey: Image) -> Array:
         """Grey values (N, M, L), bilinear.
 
-        In floating point: OpenCV's cubic kernel and its 8-bit arithmetic both move an
-        edge more than the linear kernel, whose blur is symmetric.
+        Not with OpenCV's remap: it rounds positions to 1/32 px, which shifts an edge that
+        runs along the pixel raster by up to 0.016 px.
         """
         points = (
             self.centre[:, None, None]
             + self.t[:, None, None] * self.along[:, None, None]
             + self.u[:, None] * self.across[:, None, None]
         )
-        flat = points.reshape(len(self.centre), -1, 2).astype(np.float32)
-        values = cv2.remap(
-            grey.astype(np.float32),
-            flat[..., 0],
-            flat[..., 1],
-            cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
+        values = map_coordinates(
+            grey, [points[..., 1], points[..., 0]], output=np.float64, order=1, mode="nearest"
         )
-        return np.asarray(values, dtype=float).reshape(points.shape[:3])
+        return np.asarray(values)
 
 
 def step_offsets(profiles: Array, u: Array) -> Array:
