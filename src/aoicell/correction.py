@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aoicell.localization import Localization
 from aoicell.registration import Template
 from aoicell.robot import Arm
+from aoicell.targets.layout import LocatedLayout
 from aoicell.transforms import SE3, Array, angle_of
 
 
@@ -31,7 +31,7 @@ class Correction:
     """
 
     T_base_motion: SE3
-    located: Localization
+    located: LocatedLayout
     shift_mm: float
     turn_deg: float
     views: tuple[CorrectedView, ...]
@@ -65,7 +65,7 @@ def motion_by_equations(T_S: SE3, T_N: SE3, T_base_camera: SE3) -> SE3:
 
 def correct(
     template: Template,
-    located: Localization,
+    located: LocatedLayout,
     T_base_camera_taught: SE3,
     T_base_camera_now: SE3,
     arm: Arm,

@@ -16,7 +16,7 @@ from aoicell.calibration.refinement import refine_hand_eye
 from aoicell.calibration.world import TripodView, WorldSetup, set_up_world
 from aoicell.correction import Correction, correct
 from aoicell.errors import TargetNotFound
-from aoicell.localization import locate
+from aoicell.localization import localize
 from aoicell.nominal import Nominal, View
 from aoicell.observation import Cell, Image, Observation, RobotState, capture_at
 from aoicell.registration import (
@@ -250,16 +250,17 @@ def teach(
 # -- Online -------------------------------------------------------------------------------------
 
 
-def relocate(
-    cell: Cell, template: Template, calibration: Calibration, method: Method
-) -> Correction:
-    """Look from the taught look-out pose, locate the board, correct all taught views."""
+def look(cell: Cell, template: Template) -> Observation:
+    """The picture that localises: from the pose where the board was taught."""
     cell.move(template.look.state.q)
-    observation = cell.capture()
-    located = locate(
-        observation, template.layout, template.marker, calibration.hand.camera,
-        template.taught.T_camera_target, needed=min(3, len(template.layout)),
-    )  # fmt: skip
+    return cell.capture()
+
+
+def relocate(
+    observation: Observation, template: Template, calibration: Calibration, method: Method
+) -> Correction:
+    """From that picture: where the board is, and the corrected taught views."""
+    located = localize(observation, template, calibration.hand.camera)
     return correct(
         template, located, calibration.T_base_camera(template.look.state),
         calibration.T_base_camera(observation.state), calibration.arm, method.by_equations,

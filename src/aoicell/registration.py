@@ -11,9 +11,9 @@ from scipy.optimize import least_squares
 
 from aoicell.board import BoardDesign
 from aoicell.camera import Camera
-from aoicell.localization import Layout, Localization, identify, locate
 from aoicell.observation import Observation
 from aoicell.targets.cross_marker import CrossMarker
+from aoicell.targets.layout import Layout, LocatedLayout, identify, locate_layout
 from aoicell.targets.pose import solve_pose
 from aoicell.transforms import SE3, Array, apply, from_rvec, from_xyz_rpy
 
@@ -37,7 +37,7 @@ class Template:
     layout: Layout
     marker: CrossMarker
     look: Observation
-    taught: Localization
+    taught: LocatedLayout
     views: tuple[TaughtView, ...]
 
 
@@ -53,7 +53,7 @@ def register(
 
     Raises TargetNotFound when a marker of the layout is not in the picture.
     """
-    taught = locate(look, layout, marker, camera, T_camera_expected)
+    taught = locate_layout(look.grey, layout, marker, camera, T_camera_expected)
     return Template(layout, marker, look, taught, tuple(views))
 
 

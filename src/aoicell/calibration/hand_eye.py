@@ -66,14 +66,12 @@ def solve_hand_eye(
     """Closed-form A X = Z B. Raises Implausible on too little motion or a nonsense result."""
     _check_motion(Ts_base_flange, config)
     Ts_flange_base = [T.inverse() for T in Ts_base_flange]
-    R_target_base, t_target_base, R_camera_flange, t_camera_flange = (
-        cv2.calibrateRobotWorldHandEye(
-            [T.rotation for T in Ts_camera_target],
-            [T.translation for T in Ts_camera_target],
-            [T.rotation for T in Ts_flange_base],
-            [T.translation for T in Ts_flange_base],
-            method=_SOLVERS[config.solver],
-        )
+    R_target_base, t_target_base, R_camera_flange, t_camera_flange = cv2.calibrateRobotWorldHandEye(
+        [T.rotation for T in Ts_camera_target],
+        [T.translation for T in Ts_camera_target],
+        [T.rotation for T in Ts_flange_base],
+        [T.translation for T in Ts_flange_base],
+        method=_SOLVERS[config.solver],
     )
     X = SE3(R_camera_flange, np.ravel(t_camera_flange)).inverse()
     Z = SE3(R_target_base, np.ravel(t_target_base)).inverse()
@@ -90,9 +88,7 @@ def checked(
             f"hand-eye ({config.solver}): the solver returned no rigid transform over "
             f"{len(Ts_base_flange)} views; take views with more rotation about two axes"
         )
-    Ts_base_target = [
-        A * X * B for A, B in zip(Ts_base_flange, Ts_camera_target, strict=True)
-    ]
+    Ts_base_target = [A * X * B for A, B in zip(Ts_base_flange, Ts_camera_target, strict=True)]
     mean = mean_pose(Ts_base_target)
     mm = _rms([distance_mm(T, mean) for T in Ts_base_target])
     if mm > config.max_scatter_mm:

@@ -25,7 +25,9 @@ TABLE_2 = {
 }
 
 
-def _view(id: str, aim: tuple[float, float], mm: float, tilt: tuple[float, float], roll: float) -> View:
+def _view(
+    id: str, aim: tuple[float, float], mm: float, tilt: tuple[float, float], roll: float
+) -> View:
     return View(
         id=id,
         aim=(aim[0] / 1e3, aim[1] / 1e3, 0.0),

@@ -119,9 +119,7 @@ class _Draw:
             T_base_tabletarget=n.T_base_tabletarget * self.placed("tabletarget"),
             T_base_tripod=n.T_base_tripod * self.motion("tripod", t.tripod_mm, t.tripod_deg),
             T_base_board=n.T_base_board * self.placed("board"),
-            Ts_board_marker={
-                id: T * self.marker(id) for id, T in design.Ts_board_marker.items()
-            },
+            Ts_board_marker={id: T * self.marker(id) for id, T in design.Ts_board_marker.items()},
             cameras={name: self.camera(name, camera) for name, camera in n.cameras.items()},
         )
 

@@ -1,5 +1,6 @@
 """The true state of a cell. Whoever holds a `World` knows everything: only the benchmark may."""
 
+import time
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -43,6 +44,7 @@ class World:
         self._truths: WeakKeyDictionary[Observation, Truth] = WeakKeyDictionary()
         self._joints = [self.model.joint(ARM + n).qposadr[0] for n in nominal.arm.joint_names]
         self.T_base_board = self.geometry.T_base_board
+        self.render_seconds = 0.0
         self.begin()
         self.arrive(nominal.q_home)
 
@@ -108,9 +110,11 @@ class World:
 
     def pinhole_picture(self, camera: CameraName) -> Image:
         """MuJoCo's bare picture, before the lens."""
-        renderer = self._renderer(camera)
+        renderer, start = self._renderer(camera), time.perf_counter()
         renderer.update_scene(self.data, camera, _visible())
-        return np.asarray(renderer.render(), dtype=np.uint8)
+        image = renderer.render()
+        self.render_seconds += time.perf_counter() - start
+        return np.asarray(image, dtype=np.uint8)
 
     def contacts(self, tolerance: float = 0.0) -> list[tuple[str, str]]:
         """Pairs of bodies that touch in the present posture."""

@@ -88,7 +88,9 @@ class CrossMarker:
         x, y = ((H[:2, i] - uv * H[2, i]) / w[:, None] for i in (0, 1))
         return np.asarray(x), np.asarray(y)
 
-    def _bar_lines(self, grey: Image, uv_px: Array, along: Array, across: Array) -> tuple[Array, Array]:
+    def _bar_lines(
+        self, grey: Image, uv_px: Array, along: Array, across: Array
+    ) -> tuple[Array, Array]:
         """Middle lines of the bars along `along`; sampled about every pixel, clear of the hub."""
         scale = float(np.linalg.norm(along, axis=1).mean())
         inner, outer = 0.8 * self.stroke, self.arm - 0.3 * self.stroke

@@ -77,7 +77,11 @@ def planar_candidates(points: ArrayLike, uv_px: ArrayLike, camera: Camera) -> li
 
 
 def solve_pose(
-    points: ArrayLike, uv_px: ArrayLike, camera: Camera, sigma_px: float = 0.05, name: str = "target"
+    points: ArrayLike,
+    uv_px: ArrayLike,
+    camera: Camera,
+    sigma_px: float = 0.05,
+    name: str = "target",
 ) -> TargetPose:
     """Pose of a (nearly) planar target from points (N, 3) in its frame and raw pixels (N, 2).
 

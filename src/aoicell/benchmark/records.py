@@ -1,0 +1,82 @@
+"""What a run leaves behind: plain frozen records, ready for a table or a file."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Outcome = Literal["corrected", "refused", "failed"]
+Matrix = list[list[float]]
+
+
+@dataclass(frozen=True)
+class MarkerRecord:
+    """One marker in one view: cross centres (4, 2) in px, detected, in both pictures.
+
+    `detected_px` and `true_px` are mean distances of the four crosses between the standard
+    and the new image; `image_mm` the detected one times the local scale.
+    """
+
+    id: str
+    detected_px: float | None
+    true_px: float
+    image_mm: float | None
+    standard_uv_px: Matrix | None
+    new_uv_px: Matrix | None
+
+
+@dataclass(frozen=True)
+class ViewRecord:
+    """One inspection view after a correction, scored from truth at `points` component points."""
+
+    id: str
+    points: int
+    residual_mm: float
+    lateral_mm: float
+    depth_mm: float
+    deg: float
+    markers: list[MarkerRecord]
+    T_base_camera_taught: Matrix
+    T_base_camera_new: Matrix
+
+
+@dataclass(frozen=True)
+class TrialRecord:
+    """One method on one displacement."""
+
+    world: int
+    trial: int
+    method: str
+    outcome: Outcome
+    reason: str
+    displacement_mm: float
+    turn_deg: float
+    measured_shift_mm: float | None
+    correction_seconds: float | None
+    T_base_board_taught: Matrix
+    T_base_board_now: Matrix
+    views: list[ViewRecord]
+
+
+@dataclass(frozen=True)
+class HandEyeRecord:
+    """Hand-eye of one method: against the connector's design, and against the truth."""
+
+    method: str
+    T_flange_camera: Matrix
+    design_mm: list[float]
+    design_deg: list[float]
+    true_offset_mm: list[float]
+    error_mm: float
+    error_deg: float
+    scatter_mm: float
+    intrinsics_rms_px: float
+    views: int
+
+
+@dataclass(frozen=True)
+class WorldRecord:
+    """What was calibrated once in a world, and what its arm can do at best."""
+
+    world: int
+    arm_floor_mm: float
+    hand_eyes: list[HandEyeRecord]
+    unused_pictures: list[str]

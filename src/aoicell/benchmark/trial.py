@@ -1,0 +1,184 @@
+"""One world, prepared once, and the trials in it."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from aoicell.benchmark.records import HandEyeRecord, TrialRecord, WorldRecord
+from aoicell.benchmark.scoring import arm_floor_mm, score_view
+from aoicell.errors import Refused
+from aoicell.nominal import Nominal
+from aoicell.observation import Observation
+from aoicell.pipeline import (
+    METHODS,
+    Calibration,
+    TaughtPictures,
+    calibrate,
+    look,
+    photograph_board,
+    photograph_targets,
+    relocate,
+    teach,
+    visit,
+)
+from aoicell.registration import Template
+from aoicell.scenario import Displacement, Range, Scenario
+from aoicell.sim.as_built import draw, stream
+from aoicell.sim.cell import SimCell
+from aoicell.sim.world import World
+from aoicell.targets.cross_marker import CrossMarker
+from aoicell.transforms import (
+    SE3,
+    angle_of,
+    distance_deg,
+    distance_mm,
+    from_rvec,
+    to_rvec,
+)
+
+
+@dataclass(frozen=True)
+class Session:
+    """A world with its calibrations and templates, shared by all its trials, as in life."""
+
+    scenario: Scenario
+    nominal: Nominal
+    world: World
+    cell: SimCell
+    calibrations: dict[str, Calibration]
+    taught: TaughtPictures
+    templates: dict[str, Template]
+    T_base_board_taught: SE3
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """The record of one method, and the new images by view."""
+
+    record: TrialRecord
+    images: dict[str, Observation]
+
+
+def prepare(scenario: Scenario, nominal: Nominal, world_index: int) -> Session:
+    """Build a world, calibrate it and teach the board, for all methods of the scenario."""
+    as_built = draw(nominal, scenario.tolerances, scenario.seed, world_index)
+    world = World(nominal, as_built)
+    cell = SimCell(world, colour=scenario.store.colour)
+    methods = [METHODS[name] for name in scenario.methods]
+    calibrations = calibrate(photograph_targets(cell, nominal), nominal, methods)
+    taught = photograph_board(cell, nominal)
+    templates = {m.name: teach(taught, calibrations[m.name], nominal, m) for m in methods}
+    return Session(
+        scenario, nominal, world, cell, calibrations, taught, templates, world.T_base_board
+    )
+
+
+def describe(session: Session) -> WorldRecord:
+    """Hand-eye of each method against design and truth, and the arm's floor."""
+    standards = [view.standard for view in session.taught.views]
+    hand_eyes = [_hand_eye(session, name) for name in session.calibrations]
+    unused = next(iter(session.calibrations.values())).unused
+    world = session.world
+    floor = arm_floor_mm(world, standards)
+    return WorldRecord(world.as_built.world, floor, hand_eyes, list(unused))
+
+
+def _hand_eye(session: Session, method: str) -> HandEyeRecord:
+    calibration = session.calibrations[method]
+    estimate = calibration.hand_eye.T_flange_camera
+    truth, design = session.world.geometry.T_flange_camera, session.nominal.T_flange_camera
+    turn, _ = to_rvec(design.actInv(estimate))
+    return HandEyeRecord(
+        method=method,
+        T_flange_camera=estimate.homogeneous.tolist(),
+        design_mm=((estimate.translation - design.translation) * 1e3).tolist(),
+        design_deg=np.degrees(turn).tolist(),
+        true_offset_mm=((truth.translation - design.translation) * 1e3).tolist(),
+        error_mm=distance_mm(estimate, truth),
+        error_deg=distance_deg(estimate, truth),
+        scatter_mm=calibration.hand_eye.scatter_mm,
+        intrinsics_rms_px=calibration.hand.rms_px,
+        views=calibration.hand_eye.views,
+    )
+
+
+def run_trial(session: Session, trial: int) -> list[TrialResult]:
+    """Move the board, then let each method find it, correct and visit; score from truth.
+
+    `trial` counts within the world; its displacement and noise do not depend on any other.
+    """
+    world, scenario = session.world, session.scenario
+    motion = draw_displacement(scenario, session, trial)
+    world.place_board(motion * session.T_base_board_taught)
+    try:
+        return [_run_method(session, trial, name, motion) for name in scenario.methods]
+    finally:
+        world.place_board(session.T_base_board_taught)
+
+
+def draw_displacement(scenario: Scenario, session: Session, trial: int) -> SE3:
+    """T_base_motion of the board, about the true centre of its positioning marker."""
+    world = session.world
+    rng = stream(scenario.seed, world.as_built.world, trial, "displacement")
+    id = session.nominal.positioning_marker.id
+    T_base_marker = session.T_base_board_taught * world.geometry.Ts_board_marker[id]
+    return _motion_about(T_base_marker.translation, scenario.displacement, rng, trial)
+
+
+def _motion_about(
+    centre: np.ndarray, displacement: Displacement, rng: np.random.Generator, trial: int
+) -> SE3:
+    def uniform(range_: Range) -> float:
+        return float(rng.uniform(range_.min, range_.max))
+
+    drawn = uniform(displacement.shift_mm) if isinstance(displacement.shift_mm, Range) else None
+    shift = displacement.shift_mm[trial] if drawn is None else drawn  # type: ignore[index]
+    direction, axis = rng.uniform(0, 2 * np.pi, 2)
+    turn, tilt = np.radians([uniform(displacement.turn_deg), uniform(displacement.tilt_deg)])
+    lift = uniform(displacement.lift_mm)
+    shift_in_plane = np.sqrt(max(shift**2 - lift**2, 0.0))
+    step = np.array([shift_in_plane * np.cos(direction), shift_in_plane * np.sin(direction), lift])
+    lean = from_rvec([tilt * np.cos(axis), tilt * np.sin(axis), 0], np.zeros(3))
+    rotate = from_rvec([0, 0, turn], np.zeros(3)) * lean
+    to_centre = SE3(np.eye(3), np.array(centre))
+    return SE3(np.eye(3), step / 1e3) * to_centre * rotate * to_centre.inverse()
+
+
+def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialResult:
+    world, template = session.world, session.templates[name]
+    world.begin(trial)
+    images: dict[str, Observation] = {}
+    outcome, reason, shift, seconds = "corrected", "", None, None
+    try:
+        picture = look(session.cell, template)
+        start = time.perf_counter()
+        correction = relocate(picture, template, session.calibrations[name], METHODS[name])
+        seconds = time.perf_counter() - start
+        shift = correction.shift_mm
+        images = visit(session.cell, correction)
+    except Refused as refusal:
+        outcome, reason, images = "refused", str(refusal), {}
+    design = session.nominal.positioning_marker
+    marker = CrossMarker(size=design.size, pitch=design.pitch)
+    T_taught = session.T_base_board_taught
+    centre = (T_taught * world.geometry.Ts_board_marker[design.id]).translation
+    record = TrialRecord(
+        world=world.as_built.world,
+        trial=trial,
+        method=name,
+        outcome=outcome,  # type: ignore[arg-type]
+        reason=reason,
+        displacement_mm=float(np.linalg.norm(motion.act(centre) - centre)) * 1e3,
+        turn_deg=float(np.degrees(angle_of(motion))),
+        measured_shift_mm=shift,
+        correction_seconds=seconds,
+        T_base_board_taught=T_taught.homogeneous.tolist(),
+        T_base_board_now=world.T_base_board.homogeneous.tolist(),
+        views=[
+            score_view(world, view.id, view.standard, images[view.id], marker)
+            for view in template.views
+            if view.id in images
+        ],
+    )
+    return TrialResult(record, images)

@@ -1,0 +1,159 @@
+"""A scenario file: one experiment, as typed TOML.
+
+Every key is checked; a complaint names the file, the path of the key, the value and what
+would be legal.
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from aoicell.errors import ScenarioError, did_you_mean
+from aoicell.resources import find
+from aoicell.sim.tolerances import PROFILES, Tolerances
+
+MethodName = Literal["paper", "aoicell"]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Range(_Strict):
+    """A uniform distribution from `min` to `max`."""
+
+    min: Annotated[float, Field(allow_inf_nan=False)]
+    max: Annotated[float, Field(allow_inf_nan=False)]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Range":
+        if self.max < self.min:
+            raise ValueError(f"max ({self.max}) is below min ({self.min})")
+        return self
+
+
+def _within(low: float, high: float) -> Any:
+    return Field(ge=low, le=high, allow_inf_nan=False)
+
+
+class Displacement(_Strict):
+    """How the board is moved in each trial, about the positioning marker.
+
+    `shift_mm` is a list with one distance a trial, or a range; the direction in the table's
+    plane is drawn. `turn_deg` is about the normal; `lift_mm` and `tilt_deg` lead out of plane.
+    """
+
+    shift_mm: list[Annotated[float, _within(0, 300)]] | Range = Range(min=20, max=60)
+    turn_deg: Range = Range(min=-15, max=15)
+    lift_mm: Range = Range(min=0, max=0)
+    tilt_deg: Range = Range(min=0, max=0)
+
+
+class Store(_Strict):
+    """What a run keeps beside its numbers."""
+
+    images: bool = False
+    colour: bool = False
+
+
+class Scenario(_Strict):
+    """One experiment."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_\-]+$")]
+    title: str = ""
+    cell: str = "cell"
+    profile: str = "typical"
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+    worlds: Annotated[int, Field(ge=1, le=10_000)] = 1
+    trials_per_world: Annotated[int, Field(ge=1, le=100_000)] = 2
+    methods: Annotated[list[MethodName], Field(min_length=1)] = ["paper", "aoicell"]
+    tolerance_mm: Annotated[float, _within(1e-3, 1e3)] = 5.0
+    displacement: Displacement = Displacement()
+    knobs: dict[str, float] = {}
+    store: Store = Store()
+
+    @model_validator(mode="after")
+    def _known(self) -> "Scenario":
+        if self.profile not in PROFILES:
+            raise ValueError(f"profile '{self.profile}': {did_you_mean(self.profile, PROFILES)}")
+        for name in self.knobs:
+            if name not in Tolerances.model_fields:
+                raise ValueError(f"knobs.{name}: {did_you_mean(name, Tolerances.model_fields)}")
+        shifts = self.displacement.shift_mm
+        if isinstance(shifts, list) and len(shifts) != self.trials_per_world:
+            raise ValueError(
+                f"displacement.shift_mm lists {len(shifts)} distances for "
+                f"trials_per_world = {self.trials_per_world}; give one a trial, or a range"
+            )
+        _tolerances(self)
+        return self
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """The profile with the scenario's own knobs."""
+        return _tolerances(self)
+
+    @property
+    def cell_folder(self) -> Path:
+        """The cell's folder: a path, or the name of a shipped cell."""
+        path = Path(self.cell)
+        return path if (path / "nominal.toml").is_file() else find("cell", self.cell)
+
+    @property
+    def trials(self) -> int:
+        """Number of trials in all worlds."""
+        return self.worlds * self.trials_per_world
+
+    def to_toml(self) -> str:
+        """The resolved scenario, as a file that reads back the same."""
+        return tomli_w.dumps(self.model_dump())
+
+
+def _tolerances(scenario: Scenario) -> Tolerances:
+    profile = PROFILES[scenario.profile].model_dump()
+    return Tolerances(**{**profile, **scenario.knobs})
+
+
+def load_scenario(path: Path, **overrides: Any) -> Scenario:
+    """Read and check a scenario; `overrides` that are not None replace its keys.
+
+    `cell` may be a path relative to the file. Raises ScenarioError.
+    """
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError:
+        raise ScenarioError(f"{path}: no such scenario file") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{path}: not valid TOML ({error})") from None
+    values |= {key: value for key, value in overrides.items() if value is not None}
+    cell = values.get("cell")
+    if isinstance(cell, str) and (path.parent / cell / "nominal.toml").is_file():
+        values["cell"] = str((path.parent / cell).resolve())
+    try:
+        return Scenario(**values)
+    except ValidationError as error:
+        raise ScenarioError(f"{path}: {_explain(error)}") from None
+
+
+def _explain(error: ValidationError) -> str:
+    """The first complaint as one sentence, with a hint for a misspelt key."""
+    first = error.errors()[0]
+    where = ".".join(str(part) for part in first["loc"] if part not in ("Range",))
+    if first["type"] == "extra_forbidden":
+        return f"unknown key '{where}'; {did_you_mean(str(first['loc'][-1]), _keys(first['loc']))}"
+    message = str(first["msg"]).removeprefix("Value error, ")
+    message = message[:1].lower() + message[1:]
+    return f"'{where}' = {first['input']!r}: {message}" if where else message
+
+
+def _keys(location: tuple[int | str, ...]) -> list[str]:
+    """The legal keys at the place of a misspelt one."""
+    model: type[BaseModel] = Scenario
+    for part in location[:-1]:
+        field = model.model_fields.get(str(part))
+        annotation = field.annotation if field else None
+        model = annotation if isinstance(annotation, type) else Range
+    return list(model.model_fields)
