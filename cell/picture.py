@@ -8,7 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 # First of all: it chooses the rendering back end, which mujoco reads when it is imported.
-from aoicell.sim.world import World, make_renderer  # isort: skip
+from aoicell.sim.backend import make_renderer
+from aoicell.sim.world import World  # isort: skip
 
 import cv2
 import mujoco

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 # First of all: it chooses the rendering back end, which mujoco reads when it is imported.
-from aoicell.sim.world import make_renderer  # isort: skip
+from aoicell.sim.backend import make_renderer  # isort: skip
 
 import cv2
 import mujoco

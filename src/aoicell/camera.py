@@ -56,7 +56,7 @@ class Camera:
         uv = np.asarray(uv_px, dtype=float).reshape(-1, 1, 2)
         # OpenCV's default of five fixed-point steps leaves 0.01 px at the corners
         criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
-        xy = cv2.undistortPointsIter(uv, self.K, self.distortion, None, None, criteria)
+        xy = cv2.undistortPointsIter(uv, self.K, self.distortion, np.eye(3), np.eye(3), criteria)
         return np.asarray(xy, dtype=float)[:, 0]
 
     def undistort(self, uv_px: ArrayLike) -> Array:

@@ -1,6 +1,6 @@
 """Where is the board now? One picture from the taught look-out pose tells."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from aoicell.camera import Camera
 from aoicell.observation import Observation
@@ -13,7 +13,7 @@ class LocalizationConfig:
     """`min_markers` of the template have to be found (all, when it has fewer)."""
 
     min_markers: int = 3
-    layout: LayoutConfig = LayoutConfig()
+    layout: LayoutConfig = field(default_factory=LayoutConfig)
 
 
 def localize(

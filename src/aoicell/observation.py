@@ -21,7 +21,7 @@ CameraName = Literal["hand", "tripod"]
 
 @dataclass(frozen=True)
 class RobotState:
-    """What the controller believes: joint angles (rad) and the pose its nominal kinematics gives."""
+    """What the controller believes: joint angles (rad) and its nominal kinematics' pose."""
 
     q: Array
     T_base_flange: SE3

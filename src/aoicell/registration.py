@@ -112,5 +112,5 @@ def _start_pose(uvs: Mapping[str, Array], design: Layout, camera: Camera) -> SE3
 
 def _moved_in_plane(points: Array, dx: float, dy: float, turn: float) -> Array:
     centre = points.mean(axis=0)
-    motion = from_xyz_rpy(centre + [dx, dy, 0], [0, 0, turn])
+    motion = from_xyz_rpy(np.add(centre, [dx, dy, 0]), [0, 0, turn])
     return apply(motion, points - centre)

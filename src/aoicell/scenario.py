@@ -12,7 +12,7 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from aoicell.errors import ScenarioError, did_you_mean
-from aoicell.resources import find
+from aoicell.resources import data_root
 from aoicell.sim.tolerances import PROFILES, Tolerances
 
 MethodName = Literal["paper", "aoicell"]
@@ -64,7 +64,7 @@ class Scenario(_Strict):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_\-]+$")]
     title: str = ""
-    cell: str = "cell"
+    cell: str = ""
     profile: str = "typical"
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
     worlds: Annotated[int, Field(ge=1, le=10_000)] = 1
@@ -98,9 +98,8 @@ class Scenario(_Strict):
 
     @property
     def cell_folder(self) -> Path:
-        """The cell's folder: a path, or the name of a shipped cell."""
-        path = Path(self.cell)
-        return path if (path / "nominal.toml").is_file() else find("cell", self.cell)
+        """The cell's folder; the shipped one when the scenario names none."""
+        return Path(self.cell) if self.cell else data_root() / "cell"
 
     @property
     def trials(self) -> int:
@@ -129,13 +128,22 @@ def load_scenario(path: Path, **overrides: Any) -> Scenario:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ScenarioError(f"{path}: not valid TOML ({error})") from None
     values |= {key: value for key, value in overrides.items() if value is not None}
-    cell = values.get("cell")
-    if isinstance(cell, str) and (path.parent / cell / "nominal.toml").is_file():
-        values["cell"] = str((path.parent / cell).resolve())
+    if isinstance(values.get("cell"), str) and values["cell"]:
+        values["cell"] = str(_cell_folder(path, values["cell"]))
     try:
         return Scenario(**values)
     except ValidationError as error:
         raise ScenarioError(f"{path}: {_explain(error)}") from None
+
+
+def _cell_folder(path: Path, cell: str) -> Path:
+    folder = (path.parent / cell).resolve()
+    if not (folder / "nominal.toml").is_file():
+        raise ScenarioError(
+            f"{path}: 'cell' = {cell!r}: there is no nominal.toml in {folder}; "
+            "name a cell's folder, relative to the scenario file"
+        )
+    return folder
 
 
 def _explain(error: ValidationError) -> str:
@@ -155,5 +163,6 @@ def _keys(location: tuple[int | str, ...]) -> list[str]:
     for part in location[:-1]:
         field = model.model_fields.get(str(part))
         annotation = field.annotation if field else None
-        model = annotation if isinstance(annotation, type) else Range
+        is_model = isinstance(annotation, type) and issubclass(annotation, BaseModel)
+        model = annotation if is_model else Range  # type: ignore[assignment]
     return list(model.model_fields)

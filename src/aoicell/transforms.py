@@ -7,12 +7,30 @@
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
+from pinocchio import SE3
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
-SE3 = pin.SE3
+
+__all__ = [
+    "SE3",
+    "Array",
+    "angle_of",
+    "apply",
+    "distance_deg",
+    "distance_mm",
+    "from_matrix",
+    "from_rvec",
+    "from_xyz_rpy",
+    "is_rigid",
+    "looking_at",
+    "mean_pose",
+    "rotation",
+    "to_quat_wxyz",
+    "to_rvec",
+    "translation",
+]
 
 
 def from_matrix(T: ArrayLike) -> SE3:

@@ -1,6 +1,6 @@
 """The prints on a rendered board are the right way round."""
 
-from aoicell.sim.world import make_renderer  # isort: skip  (chooses the rendering back end)
+from aoicell.sim.backend import make_renderer  # isort: skip  (chooses the rendering back end)
 
 import math
 

@@ -19,7 +19,8 @@ from aoicell.nominal import Nominal, load_nominal
 from aoicell.resources import data_root
 from aoicell.sim.as_built import draw
 from aoicell.sim.tolerances import IDEAL, PAPER, Tolerances
-from aoicell.sim.world import World, make_renderer
+from aoicell.sim.backend import make_renderer
+from aoicell.sim.world import World
 from aoicell.targets.chessboard import half_turn
 from aoicell.targets.pose import rms
 from aoicell.transforms import SE3, Array, distance_mm, from_xyz_rpy, rotation, translation
@@ -277,7 +278,7 @@ def test_no_opengl_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
 PROGRAM = """
 from aoicell.errors import RenderingUnavailable
 try:
-    from aoicell.sim.world import make_renderer
+    from aoicell.sim.backend import make_renderer
     import mujoco
     make_renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), 64, 48)
 except RenderingUnavailable as error:

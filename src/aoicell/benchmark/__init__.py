@@ -1,0 +1,1 @@
+"""The benchmark: trials in prepared worlds, scored from truth, kept and summed up."""

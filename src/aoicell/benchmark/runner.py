@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from aoicell.benchmark.environment import describe_environment
+from aoicell.benchmark.records import TrialRecord, WorldRecord
 from aoicell.benchmark.store import RunStore
 from aoicell.benchmark.summary import summarise
 from aoicell.benchmark.trial import Session, describe, prepare, run_trial
@@ -20,7 +21,9 @@ def run_scenario(scenario: Scenario, folder: Path, progress: Progress) -> dict[s
     store = RunStore(folder)
     store.create(scenario, {**describe_environment(), "seed": scenario.seed})
     nominal = load_nominal(scenario.cell_folder)
-    trials, worlds, render_seconds, start = [], [], 0.0, time.perf_counter()
+    trials: list[TrialRecord] = []
+    worlds: list[WorldRecord] = []
+    render_seconds, start = 0.0, time.perf_counter()
     for index in range(scenario.worlds):
         progress(f"world {index + 1}: calibrating and teaching", len(trials), scenario.trials)
         session = prepare(scenario, nominal, index)

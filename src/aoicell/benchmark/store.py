@@ -73,8 +73,8 @@ class RunStore:
             connection.executemany(
                 "INSERT INTO views VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                 [
-                    (*key, v.id, v.residual_mm, v.lateral_mm, v.depth_mm, v.deg, view_px(v, "detected_px"),
-                     view_px(v, "true_px"), view_px(v, "image_mm"))
+                    (*key, v.id, v.residual_mm, v.lateral_mm, v.depth_mm, v.deg,
+                     *(view_px(v, name) for name in ("detected_px", "true_px", "image_mm")))
                     for v in record.views
                 ],
             )  # fmt: skip

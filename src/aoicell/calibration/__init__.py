@@ -1,1 +1,1 @@
-"""Calibration: intrinsics, the two-board world set-up, hand-eye, and the poses to take them from."""
+"""Calibration: intrinsics, the two-board world set-up, hand-eye, and poses to take them from."""

@@ -61,7 +61,10 @@ def calibrate_intrinsics(
         flags=flags,
         criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-12),
     )
-    camera = Camera(K, start.width, start.height, np.ravel(distortion)[:5])
+    camera = Camera(
+        np.asarray(K, dtype=float), start.width, start.height,
+        np.ravel(distortion)[:5].astype(float),
+    )  # fmt: skip
     if not np.isfinite(K).all() or camera.focal_px <= 0 or rms > config.max_rms_px:
         raise Implausible(
             f"intrinsics: reprojection error {rms:.2f} px over {len(uvs_px)} views, at most "
@@ -70,7 +73,7 @@ def calibrate_intrinsics(
     return Intrinsics(
         camera=camera,
         rms_px=float(rms),
-        view_rms_px=np.ravel(view_rms),
-        std=np.ravel(std)[:8],
+        view_rms_px=np.ravel(view_rms).astype(float),
+        std=np.ravel(std)[:8].astype(float),
         Ts_camera_target=tuple(from_rvec(r, t) for r, t in zip(rvecs, tvecs, strict=True)),
     )

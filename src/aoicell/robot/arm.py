@@ -104,7 +104,8 @@ class Arm:
         return q
 
     def _error(self, q: Array, T_target: SE3) -> Array:
-        return np.array(pin.log6(self.fk(q).actInv(T_target)).vector)
+        twist: Array = np.array(pin.log6(self.fk(q).actInv(T_target)).vector)
+        return twist
 
     def _explain(self, q: Array, T_target: SE3, name: str) -> str:
         reached = self.fk(q)

@@ -7,6 +7,8 @@ from aoicell.camera import Camera
 from aoicell.observation import Image
 from aoicell.transforms import Array
 
+_NO_MAP = np.empty(0, dtype=np.float32)  # both coordinates are in the first map
+
 
 class Lens:
     """Turns a centred pinhole picture into the raw picture of a camera with distortion.
@@ -34,7 +36,7 @@ class Lens:
         """The raw picture (H, W, 3) of a pinhole picture of the size that `pinhole` asks for."""
         if self._maps is None:
             return pinhole_image
-        raw = cv2.remap(pinhole_image, self._maps, None, cv2.INTER_LANCZOS4)
+        raw = cv2.remap(pinhole_image, self._maps, _NO_MAP, cv2.INTER_LANCZOS4)
         return np.asarray(raw, dtype=np.uint8)
 
 

@@ -36,6 +36,13 @@ def optical_to_mujoco(T_parent_camera: SE3) -> SE3:
     return T_parent_camera * rotation("x", np.pi)
 
 
+def visible() -> mujoco.MjvOption:
+    """What is drawn: everything but the collision hulls."""
+    option = mujoco.MjvOption()
+    option.geomgroup[HULLS] = 0
+    return option
+
+
 def build_model(nominal: Nominal, geometry: Geometry, pinholes: Sizes) -> mujoco.MjModel:
     """Compile the cell. `pinholes` gives width, height (px) and focal length (px) by camera.
 

@@ -72,4 +72,27 @@ PAPER = Tolerances(
     marker_deg=0.5,
 )
 
-PROFILES = MappingProxyType({"ideal": IDEAL, "paper": PAPER})
+# A good industrial cell.
+TYPICAL = Tolerances(
+    joint_zero_deg=0.02,  # assumed: an arm calibrated by its maker
+    link_mm=0.2,
+    axis_deg=0.02,
+    repeatability_mm=0.06,  # assumed for the RA620-1621 (ISO 9283 RP); its maker states none
+    mount_mm=1.0,  # a milled holder, mounted by hand
+    mount_deg=0.5,
+    focal_percent=1.0,  # usual lens data sheet
+    principal_px=10.0,
+    k1=-0.08,
+    k1_sigma=0.02,
+    noise_grey=1.5,
+    placement_mm=5.0,
+    placement_deg=1.0,
+    tripod_mm=30.0,
+    tripod_deg=1.0,
+    bracket_mm=0.5,
+    bracket_deg=0.3,
+    marker_mm=0.2,  # placed with a jig
+    marker_deg=0.2,
+)
+
+PROFILES = MappingProxyType({"ideal": IDEAL, "typical": TYPICAL, "paper": PAPER})

@@ -8,12 +8,12 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aoicell.errors import RenderingUnavailable
 from aoicell.nominal import Nominal
 from aoicell.observation import CameraName, Image, Observation
 from aoicell.sim.as_built import AsBuilt, stream
+from aoicell.sim.backend import make_renderer
 from aoicell.sim.optics import Lens, add_noise
-from aoicell.sim.scene import ARM, HULLS, build_model
+from aoicell.sim.scene import ARM, build_model, visible
 from aoicell.transforms import SE3, Array, apply, to_quat_wxyz
 
 
@@ -111,7 +111,7 @@ class World:
     def pinhole_picture(self, camera: CameraName) -> Image:
         """MuJoCo's bare picture, before the lens."""
         renderer, start = self._renderer(camera), time.perf_counter()
-        renderer.update_scene(self.data, camera, _visible())
+        renderer.update_scene(self.data, camera, visible())
         image = renderer.render()
         self.render_seconds += time.perf_counter() - start
         return np.asarray(image, dtype=np.uint8)
@@ -149,25 +149,3 @@ class World:
             width, height, _ = self._lenses[camera].pinhole
             self._renderers[camera] = make_renderer(self.model, width, height)
         return self._renderers[camera]
-
-
-def make_renderer(
-    model: mujoco.MjModel, width: int, height: int, shadows: bool = False
-) -> mujoco.Renderer:
-    """An offscreen renderer. Raises RenderingUnavailable when there is no OpenGL."""
-    try:
-        renderer = mujoco.Renderer(model, height, width)
-    except Exception as error:
-        raise RenderingUnavailable(
-            f"no OpenGL to render with ({str(error).splitlines()[0]}); install Mesa's EGL with "
-            "'apt-get install libegl1 libgl1 libgl1-mesa-dri' or run 'make setup'"
-        ) from error
-    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
-    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
-    return renderer
-
-
-def _visible() -> mujoco.MjvOption:
-    option = mujoco.MjvOption()
-    option.geomgroup[HULLS] = 0
-    return option

@@ -119,8 +119,8 @@ class Chessboard:
     def _steps(self, uv_px: Array) -> tuple[Array, Array]:
         """Local vectors (N, 2) to the next column and to the next row (px)."""
         grid = uv_px.reshape(self.rows, self.columns, 2)
-        x, y = np.gradient(grid, axis=1), np.gradient(grid, axis=0)
-        return x.reshape(-1, 2), y.reshape(-1, 2)
+        x = np.asarray(np.gradient(grid, axis=1)).reshape(-1, 2)
+        return x, np.asarray(np.gradient(grid, axis=0)).reshape(-1, 2)
 
     def _grown(self, uv_px: Array) -> Array:
         """The corner grid's outer points pushed out to the edge of the plate (px)."""

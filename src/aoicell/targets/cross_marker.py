@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from cv2.typing import MatLike
 
 from aoicell.observation import Image
 from aoicell.targets.edges import Strips, bar_offsets, fit_lines, intersections
@@ -42,7 +43,7 @@ class CrossMarker:
         return np.column_stack([_SIGNS * self.size / 2, np.zeros(4)])
 
     def print_image(self, pixels: int = 640) -> Image:
-        """The print as seen from the front (H, W): exact area coverage, so edges keep their place."""
+        """The print as seen from the front (H, W), by exact area coverage."""
         dark = np.zeros((pixels, pixels))
         for x, y in self.crosses[:, :2]:
             dark = np.maximum(dark, self._box(pixels, x, y, self.arm, self.stroke / 2))
@@ -60,7 +61,8 @@ class CrossMarker:
             overlap = np.minimum(edges[1:], high) - np.maximum(edges[:-1], low)
             return np.clip(overlap, 0, None) / width
 
-        return np.outer(cover(y - half_y, y + half_y)[::-1], cover(x - half_x, x + half_x))
+        rows, columns = cover(y - half_y, y + half_y)[::-1], cover(x - half_x, x + half_x)
+        return np.asarray(np.outer(rows, columns), dtype=float)
 
     def detect(self, grey: Image) -> list[Array]:
         """All such markers in the picture: cross centres (4, 2) in px, clockwise each.
@@ -122,19 +124,19 @@ def _candidates(grey: Image, marker: CrossMarker) -> list[Array]:
     found = []
     for index, contour in enumerate(contours):
         inside = [contours[c] for c in children.get(index, []) if len(contours[c]) > 12]
-        if len(inside) == 4 and _is_quadrilateral(contour):
-            if all(_is_cross(blob, marker) for blob in inside):
-                found.append(_clockwise(np.array([_centroid(blob) for blob in inside])))
+        framed = len(inside) == 4 and _is_quadrilateral(contour)
+        if framed and all(_is_cross(blob, marker) for blob in inside):
+            found.append(_clockwise(np.array([_centroid(blob) for blob in inside])))
     return found
 
 
-def _is_quadrilateral(contour: Image) -> bool:
+def _is_quadrilateral(contour: MatLike) -> bool:
     perimeter = cv2.arcLength(contour, closed=True)
     polygon = cv2.approxPolyDP(contour, 0.05 * perimeter, closed=True)
     return len(polygon) == 4 and cv2.isContourConvex(polygon)
 
 
-def _is_cross(contour: Image, marker: CrossMarker) -> bool:
+def _is_cross(contour: MatLike, marker: CrossMarker) -> bool:
     """A cross fills a known share of its convex hull."""
     hull = cv2.contourArea(cv2.convexHull(contour))
     length, stroke = 2 * marker.arm, marker.stroke
@@ -143,7 +145,7 @@ def _is_cross(contour: Image, marker: CrossMarker) -> bool:
     return hull > 30 and abs(cv2.contourArea(contour) / hull - expected) < 0.2
 
 
-def _centroid(contour: Image) -> Array:
+def _centroid(contour: MatLike) -> Array:
     m = cv2.moments(contour)
     return np.array([m["m10"], m["m01"]]) / m["m00"]
 

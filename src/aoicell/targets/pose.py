@@ -105,7 +105,7 @@ def solve_pose(
     return TargetPose(
         T_camera_target=T,
         rms_px=best_rms,
-        covariance=np.linalg.pinv(normal) * sigma_px**2,
+        covariance=np.asarray(np.linalg.pinv(normal) * sigma_px**2, dtype=float),
         sigma_px=sigma_px,
         ambiguity=others[0] / max(best_rms, 1e-9) if others else np.inf,
     )

@@ -1,0 +1,5 @@
+"""`python -m aoicell`."""
+
+from aoicell.cli import main
+
+main()

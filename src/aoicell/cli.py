@@ -1,0 +1,161 @@
+"""The command line.
+
+Exit codes: 0 done, 1 a check did not hold, 2 bad input, 3 refused by a quality gate.
+Results go to stdout (with --json for machines), messages to stderr.
+"""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from aoicell import __version__
+from aoicell.benchmark.environment import describe_environment
+from aoicell.benchmark.runner import run_scenario
+from aoicell.benchmark.store import RunStore
+from aoicell.doctor import diagnose
+from aoicell.errors import AoicellError, InputError, did_you_mean
+from aoicell.nominal import load_nominal
+from aoicell.report.figures import write_figures
+from aoicell.report.paper import contradictions
+from aoicell.report.tables import hand_eye_table, residual_table, summary_table
+from aoicell.resources import data_root, find
+from aoicell.scenario import Scenario, load_scenario
+from aoicell.sim.tolerances import PROFILES, Tolerances
+
+app = typer.Typer(no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False)
+out, err = Console(), Console(stderr=True)
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
+OutDir = Annotated[Path | None, typer.Option("--out", help="Run directory [runs/SCENARIO].")]
+
+
+def main() -> None:
+    """Run the command line; an expected error becomes one sentence and an exit code."""
+    try:
+        app()
+    except AoicellError as error:
+        err.print(f"aoicell: {error}", markup=False, highlight=False, soft_wrap=True)
+        sys.exit(error.exit_code)
+
+
+def _version(show: bool) -> None:
+    if show:
+        out.print(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")
+    ] = False,
+) -> None:
+    """A synthetic robot inspection cell to regress calibration and localisation against."""
+
+
+@app.command()
+def demo(directory: OutDir = None, as_json: AsJson = False) -> None:
+    """The paper's two-test experiment, small, with figures.
+
+    Example: aoicell demo --out runs/demo
+    """
+    scenario = load_scenario(find("scenarios", "two_tests"))
+    _run(scenario, directory or Path("runs/two_tests"), as_json)
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help="A scenario file, or the name of a shipped one.")],
+    profile: Annotated[str | None, typer.Option(help="ideal, typical or paper.")] = None,
+    trials: Annotated[int | None, typer.Option(help="Trials in each world.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all draws.")] = None,
+    directory: OutDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run a scenario: displace the board, correct, visit, score.
+
+    Example: aoicell run scenarios/two_tests.toml --profile ideal --seed 3
+    """
+    path = Path(scenario)
+    if not path.is_file():
+        path = find("scenarios", scenario)
+    resolved = load_scenario(path, profile=profile, trials_per_world=trials, seed=seed)
+    _run(resolved, directory or Path("runs") / resolved.name, as_json)
+
+
+def _run(scenario: Scenario, folder: Path, as_json: bool) -> None:
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True) as bar:
+        task = bar.add_task("starting", total=scenario.trials)
+
+        def progress(what: str, done: int, total: int) -> None:
+            bar.update(task, description=what, completed=done, total=total)
+
+        summary = run_scenario(scenario, folder, progress)
+        store = RunStore(folder)
+        bar.update(task, description="drawing the figures")
+        figures = write_figures(store, load_nominal(scenario.cell_folder))
+    if as_json:
+        print(json.dumps(summary))
+    else:
+        _print_run(scenario, summary, store)
+    err.print(f"{len(figures)} figures and all numbers are in {folder}", highlight=False)
+
+
+def _print_run(scenario: Scenario, summary: dict[str, Any], store: RunStore) -> None:
+    trials = store.trials()
+    out.print(hand_eye_table(store.worlds()))
+    if scenario.trials <= 4:
+        for method in scenario.methods:
+            out.print(residual_table(trials, method))
+    out.print(summary_table(summary, trials))
+    out.print(contradictions(), highlight=False)
+
+
+@app.command()
+def doctor(
+    profile: Annotated[str | None, typer.Option(help="Print this profile as a table.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Rendering back end, versions and self-tests; exit code 1 when one does not hold.
+
+    Example: aoicell doctor --profile paper
+    """
+    if profile is not None:
+        _print_profile(profile, as_json)
+        return
+    environment = describe_environment()
+    checks = []
+    if not as_json:
+        versions = ", ".join(f"{name} {number}" for name, number in environment["packages"].items())
+        out.print(f"Python {environment['python']}, {versions}", highlight=False)
+    for check in diagnose(load_nominal(data_root() / "cell")):
+        checks.append(check)
+        if not as_json:
+            mark = "[green]ok  [/]" if check.passed else "[red]FAIL[/]"
+            out.print(f"{mark} {check.name}: {check.detail}", highlight=False, soft_wrap=True)
+    if as_json:
+        result = {"environment": environment, "checks": [asdict(check) for check in checks]}
+        print(json.dumps(result))
+    if not all(check.passed for check in checks):
+        raise AoicellError("doctor: a self-test does not hold on this machine; see above")
+
+
+def _print_profile(name: str, as_json: bool) -> None:
+    if name not in PROFILES:
+        raise InputError(f"--profile {name}: {did_you_mean(name, PROFILES)}")
+    values = PROFILES[name].model_dump()
+    if as_json:
+        print(json.dumps(values))
+        return
+    table = Table("knob", "value", "what it is", title=f"Profile {name}")
+    for knob, field in Tolerances.model_fields.items():
+        table.add_row(knob, f"{values[knob]:g}", field.description)
+    out.print(table)

@@ -1,0 +1,39 @@
+"""Which OpenGL renders."""
+
+import os
+
+import mujoco
+
+from aoicell.errors import RenderingUnavailable
+
+
+def make_renderer(
+    model: mujoco.MjModel, width: int, height: int, shadows: bool = False
+) -> mujoco.Renderer:
+    """An offscreen renderer. Raises RenderingUnavailable when there is no OpenGL."""
+    try:
+        renderer = mujoco.Renderer(model, height, width)
+    except Exception as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise RenderingUnavailable(
+            f"no OpenGL to render with (MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}: {reason}); "
+            "install Mesa's EGL with 'apt-get install libegl1 libgl1 libgl1-mesa-dri' or run "
+            "'make setup'"
+        ) from error
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
+    return renderer
+
+
+def opengl_description() -> str:
+    """The OpenGL implementation and how it was reached, as in 'llvmpipe ... through egl'."""
+    spec = mujoco.MjSpec()
+    renderer = make_renderer(spec.compile(), 16, 16)
+    try:
+        from OpenGL import GL  # after the back end has chosen its platform
+
+        name = GL.glGetString(GL.GL_RENDERER)
+        text = name.decode() if isinstance(name, bytes) else str(name)
+    finally:
+        renderer.close()
+    return f"{text} through {os.environ['MUJOCO_GL']}"

@@ -1,0 +1,53 @@
+"""The nominal twin: draws the cell as designed, for virtual pictures of inspection targets."""
+
+import mujoco
+import numpy as np
+
+from aoicell.nominal import Nominal
+from aoicell.observation import Image
+from aoicell.sim.as_built import designed
+from aoicell.sim.backend import make_renderer
+from aoicell.sim.scene import ARM, build_model, optical_to_mujoco, visible
+from aoicell.transforms import SE3, to_quat_wxyz
+
+
+class NominalTwin:
+    """The `Renderer` protocol, from the URDF and the cell's folder only: no seed, no truth.
+
+    The camera stands free; arm, cameras and tripod are left out, so nothing hides the board.
+    """
+
+    def __init__(self, nominal: Nominal) -> None:
+        self._nominal = nominal
+        camera = nominal.cameras["hand"]
+        pinhole = (camera.width, camera.height, camera.focal_px)
+        self._model = build_model(nominal, designed(nominal), {"hand": pinhole, "tripod": pinhole})
+        self._data = mujoco.MjData(self._model)
+        self._camera = self._model.camera("hand").id
+        self._model.cam_bodyid[self._camera] = 0
+        self._hide_robot()
+        self._renderer = make_renderer(self._model, camera.width, camera.height)
+
+    def _hide_robot(self) -> None:
+        for geom, body in enumerate(self._model.geom_bodyid):
+            name = self._model.body(body).name
+            if name.startswith(ARM) or name in ("hand", "armtarget", "bracket", "tripod"):
+                self._model.geom_rgba[geom, 3] = 0
+
+    def render(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
+        """Picture (H, W, 3) from a camera pose, with the board at a given pose; no lens errors."""
+        T_world_base = self._nominal.T_world_base
+        lens, board = optical_to_mujoco(T_world_base * T_base_camera), T_world_base * T_base_board
+        self._model.cam_pos[self._camera] = lens.translation
+        self._model.cam_quat[self._camera] = to_quat_wxyz(lens.rotation)
+        self._data.mocap_pos[0] = board.translation
+        self._data.mocap_quat[0] = to_quat_wxyz(board.rotation)
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+        mujoco.mj_camlight(self._model, self._data)
+        self._renderer.update_scene(self._data, self._camera, visible())
+        return np.asarray(self._renderer.render(), dtype=np.uint8)
+
+    def close(self) -> None:
+        """Free the OpenGL context."""
+        self._renderer.close()
