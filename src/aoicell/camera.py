@@ -55,7 +55,7 @@ class Camera:
         """Normalised image points (N, 2), z = 1, of raw pixels (N, 2)."""
         uv = np.asarray(uv_px, dtype=float).reshape(-1, 1, 2)
         # OpenCV's default of five fixed-point steps leaves 0.01 px at the corners
-        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
+        criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-8)
         xy = cv2.undistortPointsIter(uv, self.K, self.distortion, np.eye(3), np.eye(3), criteria)
         return np.asarray(xy, dtype=float)[:, 0]
 

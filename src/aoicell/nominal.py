@@ -92,12 +92,13 @@ def load_nominal(folder: Path) -> Nominal:
         "tripod": load_camera(paths["tripod"]),
     }
     targets = paths["board"] / "targets.toml"
+    arm = Arm(_only_urdf(paths["arm"]))
     return Nominal(
         name=table.text("name"),
         folder=folder,
         models=paths,
-        arm=Arm(_only_urdf(paths["arm"])),
-        q_home=np.radians(table.numbers("arm", "home_deg")),
+        arm=arm,
+        q_home=np.radians(table.numbers("arm", "home_deg", count=arm.dof)),
         cameras=cameras,
         board=load_board(paths["board"]),
         armtarget=load_chessboard(paths["armtarget"]),

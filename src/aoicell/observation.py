@@ -19,6 +19,11 @@ Image = NDArray[np.uint8]
 CameraName = Literal["hand", "tripod"]
 
 
+def to_grey(rgb: Image) -> Image:
+    """Grey values (H, W) of an RGB picture (H, W, 3)."""
+    return np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+
+
 @dataclass(frozen=True)
 class RobotState:
     """What the controller believes: joint angles (rad) and its nominal kinematics' pose."""
@@ -38,9 +43,7 @@ class Observation:
     @cached_property
     def grey(self) -> Image:
         """The picture as (H, W) grey values."""
-        if self.image.ndim == 2:
-            return self.image
-        return np.asarray(cv2.cvtColor(self.image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+        return self.image if self.image.ndim == 2 else to_grey(self.image)
 
 
 class Cell(Protocol):

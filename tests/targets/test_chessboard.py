@@ -152,7 +152,7 @@ def test_a_pair_needs_both() -> None:
 
 def true_corners(world: World) -> Array:
     T_camera_target = world.truth().T_base_camera.actInv(world.geometry.T_base_tabletarget)
-    return world.geometry.cameras["hand"].project(BOARD.corners, T_camera_target)
+    return world.geometry.cameras["hand"].project(world.nominal.tabletarget.corners, T_camera_target)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,7 @@ def test_rendered_corners(
     T_base_flange = nominal.T_base_tabletarget * T_target_camera * nominal.T_flange_camera.inverse()
     cell = SimCell(ideal_world)
     cell.move(nominal.arm.ik(T_base_flange, nominal.q_home))
-    uv, expected = BOARD.detect(cell.capture().grey), true_corners(ideal_world)
+    uv, expected = nominal.tabletarget.detect(cell.capture().grey), true_corners(ideal_world)
     assert min(rms(uv - expected), rms(half_turn(uv) - expected)) < limit_px
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aoicell.errors import Unreachable
+from aoicell.errors import InputError, Unreachable
 from aoicell.observation import CameraName, Observation, RobotState
 from aoicell.sim.world import World
 
@@ -17,9 +17,11 @@ class SimCell:
         self._world, self._colour = world, colour
 
     def move(self, q: ArrayLike) -> None:
-        """Drive to q (rad). Raises Unreachable outside the joint limits."""
+        """Drive to q (rad). Raises Unreachable outside the limits, InputError on a wrong length."""
         arm = self._world.nominal.arm
         target = np.asarray(q, dtype=float)
+        if target.shape != (arm.dof,):
+            raise InputError(f"move: got {target.size} joint angles; the arm has {arm.dof} joints")
         for name, angle, low, high in zip(
             arm.joint_names, target, arm.lower, arm.upper, strict=True
         ):
@@ -37,8 +39,5 @@ class SimCell:
 
     def capture(self, camera: CameraName = "hand") -> Observation:
         """Take a picture: grey (H, W), or RGB (H, W, 3) when the cell was made with colour."""
-        rgb = self._world.picture(camera)
-        observation = Observation(rgb, self.state(), camera)
-        if not self._colour:
-            observation = Observation(observation.grey, observation.state, camera)
-        return self._world.observe(observation)
+        image = self._world.picture(camera, self._colour)
+        return self._world.observe(Observation(image, self.state(), camera))

@@ -4,7 +4,6 @@ The same function builds the as-built cell (from a drawn geometry) and the nomin
 (from the designed one).
 """
 
-import itertools
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -111,26 +110,30 @@ def _matrix(quat: np.ndarray) -> np.ndarray:
     return R.reshape(3, 3)
 
 
-def _add_camera_model(spec: mujoco.MjSpec, body: mujoco.MjsBody, folder: Path, name: str) -> None:
-    """The meshes of a camera folder whose frame is the optical frame."""
-    source = folder / "camera.toml"
-    table = TomlTable.read(source).values
-    for kind, entries in (("mesh", table.get("mesh", [])), ("hull", table.get("collision", []))):
-        for index, entry in enumerate(e for e in entries if e.get("frame", "camera") == "camera"):
-            _add_mesh(spec, body, _existing(folder / entry["file"], source), entry, kind,
-                      f"{name}_{kind}_{index}")  # fmt: skip
-
-
-def _add_mesh(
-    spec: mujoco.MjSpec, body: mujoco.MjsBody, file: Path, entry: Mapping[str, object], kind: str,
-    name: str, scale_z: float = 1.0,
-) -> None:  # fmt: skip
-    spec.add_mesh(name=name, file=str(file), scale=[1, 1, scale_z])
-    collides = int(kind == "hull")
-    body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=entry.get("rgba", [0.5, 0.5, 0.5, 1]),
-        group=HULLS if collides else 1, contype=collides, conaffinity=collides, mass=0,
-    )  # fmt: skip
+def _add_camera_model(
+    spec: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    folder: Path,
+    name: str,
+    frame: str = "camera",
+    scale_z: float = 1.0,
+) -> None:
+    """The meshes and hulls of a camera folder that are given in `frame`."""
+    table = TomlTable.read(folder / "camera.toml")
+    for key, prefix in (("mesh", "mesh"), ("collision", "hull")):
+        entries = table.each(key) if key in table.values else []
+        for index, entry in enumerate(entries):
+            if entry.text("frame") != frame:
+                continue
+            file = _existing(folder / entry.text("file"), table.source)
+            mesh = f"{name}_{prefix}_{index}"
+            spec.add_mesh(name=mesh, file=str(file), scale=[1, 1, scale_z])
+            collides = key == "collision"
+            rgba = [0.5, 0.5, 0.5, 1] if collides else entry.numbers("rgba", count=4)
+            body.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh, rgba=rgba, mass=0,
+                group=HULLS if collides else 1, contype=int(collides), conaffinity=int(collides),
+            )  # fmt: skip
 
 
 def _add_lens(body: mujoco.MjsBody, name: str, width: int, height: int, focal_px: float) -> None:
@@ -171,16 +174,10 @@ def _add_tripod(spec: mujoco.MjSpec, nominal: Nominal, T_world_tripod: SE3) -> N
     body = spec.worldbody.add_body(name="tripod")
     set_pose(body, T_world_tripod)
     _add_camera_model(spec, body, folder, "tripod")
-    source = folder / "camera.toml"
-    table = TomlTable.read(source).values
-    mount = table.get("mount", {})
-    if "ball_m" not in mount:
-        return
-    ball = T_world_tripod.act(np.array(mount["ball_m"], dtype=float))
+    table = TomlTable.read(folder / "camera.toml")
+    if "mount" not in table.values or "ball_m" not in table.sub("mount").values:
+        return  # a camera without legs, fixed to the room
+    ball = T_world_tripod.act(table.numbers("mount", "ball_m", count=3))
     legs = spec.worldbody.add_body(name="tripod_legs", pos=ball)
-    scale = float(ball[2]) / float(mount["legs_height_m"])
-    for kind, key in (("mesh", "mesh"), ("hull", "collision")):
-        entries = [entry for entry in table.get(key, []) if entry.get("frame") == "legs"]
-        for index, entry in zip(itertools.count(), entries, strict=False):
-            _add_mesh(spec, legs, _existing(folder / entry["file"], source), entry, kind,
-                      f"legs_{kind}_{index}", scale)  # fmt: skip
+    scale = float(ball[2]) / table.number("mount", "legs_height_m")
+    _add_camera_model(spec, legs, folder, "legs", frame="legs", scale_z=scale)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aoicell.nominal import Nominal
-from aoicell.observation import CameraName, Image, Observation
+from aoicell.observation import CameraName, Image, Observation, to_grey
 from aoicell.sim.as_built import AsBuilt, stream
 from aoicell.sim.backend import make_renderer
 from aoicell.sim.optics import Lens, add_noise
@@ -101,9 +101,11 @@ class World:
         self._truths[observation] = self.truth()
         return observation
 
-    def picture(self, camera: CameraName) -> Image:
-        """A raw picture (H, W, 3), RGB, with the lens and the noise of this cell."""
+    def picture(self, camera: CameraName, colour: bool = False) -> Image:
+        """A raw picture, grey (H, W) or RGB (H, W, 3), with the lens and noise of this cell."""
         pinhole = self.pinhole_picture(camera)
+        if not colour:
+            pinhole = to_grey(pinhole)
         rng = self._stream(f"picture_{self._pictures}")
         self._pictures += 1
         return add_noise(self._lenses[camera].expose(pinhole), self.as_built.noise_grey, rng)

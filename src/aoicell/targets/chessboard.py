@@ -59,7 +59,7 @@ class Chessboard:
     def detect(self, grey: Image, name: str = "chessboard") -> Array:
         """Inner corners (N, 2) in px, in the order of `corners` up to a half turn.
 
-        Raises TargetNotFound when the board is not completely in the picture.
+        Raises TargetNotFound when a corner, or half of an outer square, is not in the picture.
         """
         found = self._coarse(grey)
         if found is None:

@@ -67,13 +67,30 @@ def refine_pose(
 
 
 def planar_candidates(points: ArrayLike, uv_px: ArrayLike, camera: Camera) -> list[SE3]:
-    """Both solutions of the planar pose problem (IPPE, Collins and Bartoli 2014), unrefined."""
+    """Two starts for a planar target with z out of its print: the homography's pose and its twin.
+
+    The twin's normal is the mirror image about the line of sight (Schweighofer and Pinz 2006):
+    a small target's tilt is told badly from it. Unrefined; empty when the target would be seen
+    from behind, as it is when the point order is mirrored.
+    """
     ps, xy = np.asarray(points, dtype=float), camera.unproject(uv_px)
-    _, rvecs, tvecs, _ = cv2.solvePnPGeneric(
-        ps[:, None], xy[:, None], np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE
-    )
-    candidates = [from_rvec(r, t) for r, t in zip(rvecs, tvecs, strict=True)]
-    return [T for T in candidates if is_rigid(T) and (apply(T, ps)[:, 2] > 0).all()]
+    H, _ = cv2.findHomography(ps[:, :2], xy)
+    if H is None or not np.isfinite(H).all():
+        return []
+    H = np.asarray(H, dtype=float) * np.sign(H[2] @ [*ps[:, :2].mean(axis=0), 1])  # in front
+    x, y, t = H.T * 2 / (np.linalg.norm(H[:, 0]) + np.linalg.norm(H[:, 1]))
+    U, _, Vt = np.linalg.svd(np.column_stack([x, y, np.cross(x, y)]))
+    T = SE3(U @ Vt, t)
+    centre = T.act(ps.mean(axis=0))
+    if not is_rigid(T) or T.rotation[:, 2] @ centre >= 0:
+        return []
+    sight = -centre / np.linalg.norm(centre)
+    axis = np.cross(T.rotation[:, 2], sight)
+    lean = np.arctan2(np.linalg.norm(axis), T.rotation[:, 2] @ sight)
+    if lean < 1e-6:
+        return [T]
+    turn = from_rvec(2 * lean * axis / np.linalg.norm(axis), np.zeros(3)).rotation
+    return [T, SE3(turn @ T.rotation, centre + turn @ (T.translation - centre))]
 
 
 def solve_pose(
@@ -86,9 +103,11 @@ def solve_pose(
     """Pose of a (nearly) planar target from points (N, 3) in its frame and raw pixels (N, 2).
 
     Both planar solutions are refined on the raw pixels and the better one is returned.
-    Raises Implausible when no solution is finite, right-handed and in front of the camera.
+    Raises Implausible when no solution is finite, in front of the camera and facing it.
     """
     ps = np.asarray(points, dtype=float)
+    if len(ps) < 4:
+        raise Implausible(f"{name}: {len(ps)} points do not fix a pose; at least 4 are needed")
     solved = []
     for T_start in planar_candidates(_flatten(ps), uv_px, camera):
         T, normal = refine_pose(ps, uv_px, camera, T_start)
@@ -96,7 +115,7 @@ def solve_pose(
             solved.append((rms(reprojection(ps, uv_px, camera, T)), T, normal))
     if not solved:
         raise Implausible(
-            f"{name}: no pose in front of the camera fits the {len(ps)} points; "
+            f"{name}: no pose in front of the camera and facing it fits the {len(ps)} points; "
             "check the point order and the intrinsics"
         )
     solved.sort(key=lambda item: item[0])
