@@ -14,7 +14,6 @@ from aoicell.sim.cell import SimCell
 from aoicell.sim.scene import ARM
 from aoicell.sim.tolerances import IDEAL, TYPICAL
 from aoicell.sim.world import World
-from aoicell.targets.cross_marker import CrossMarker
 from aoicell.targets.layout import identify
 from aoicell.transforms import Array, angle_of
 
@@ -74,7 +73,7 @@ def _overview_errors(nominal: Nominal, world: World) -> tuple[Array, Camera]:
     cell = SimCell(world)
     cell.move(nominal.arm.ik(T_base_flange, nominal.q_home, "overview"))
     picture, camera = cell.capture(), world.geometry.cameras["hand"]
-    marker = CrossMarker()
+    marker = nominal.marker
     layout = {id: world.marker_points(id, marker.crosses) for id in design.Ts_board_marker}
     T_camera_board = world.truth().T_camera_board
     uvs = identify(marker.detect(picture.grey), layout, camera, T_camera_board)

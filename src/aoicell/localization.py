@@ -1,11 +1,12 @@
 """Where is the board now? One picture from the taught look-out pose tells."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from aoicell.camera import Camera
-from aoicell.observation import Observation
 from aoicell.registration import Template
 from aoicell.targets.layout import LayoutConfig, LocatedLayout, locate_layout
+from aoicell.transforms import Array
 
 
 @dataclass(frozen=True)
@@ -17,19 +18,18 @@ class LocalizationConfig:
 
 
 def localize(
-    observation: Observation,
+    detections: Sequence[Array],
     template: Template,
     camera: Camera,
     config: LocalizationConfig = LocalizationConfig(),
 ) -> LocatedLayout:
-    """The taught markers in a picture taken from the taught look-out pose.
+    """The taught markers among the detections (4, 2) px of a picture from the look-out pose.
 
     Raises TargetNotFound when too few are in the picture or they do not fit their layout.
     """
     return locate_layout(
-        observation.grey,
+        detections,
         template.layout,
-        template.marker,
         camera,
         template.taught.T_camera_target,
         needed=min(config.min_markers, len(template.layout)),

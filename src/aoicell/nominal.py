@@ -15,6 +15,7 @@ from aoicell.errors import ModelError
 from aoicell.observation import CameraName
 from aoicell.robot import Arm
 from aoicell.targets.chessboard import Chessboard
+from aoicell.targets.cross_marker import CrossMarker
 from aoicell.toml_table import TomlTable
 from aoicell.transforms import SE3, Array, from_xyz_rpy, looking_at
 
@@ -71,14 +72,19 @@ class Nominal:
     inspection_views: tuple[View, ...]
 
     @property
-    def positioning_marker(self) -> MarkerDesign:
+    def positioning(self) -> MarkerDesign:
         """The marker that serves to locate the board; the others measure."""
         return next(m for m in self.board.markers if m.role == "positioning")
 
     @property
+    def marker(self) -> CrossMarker:
+        """The marker as printed; all markers of a board are alike."""
+        return CrossMarker(size=self.positioning.size, pitch=self.positioning.pitch)
+
+    @property
     def T_board_positioning(self) -> SE3:
         """Its design pose on the board."""
-        m = self.positioning_marker
+        m = self.positioning
         return from_xyz_rpy([m.x, m.y, m.z], [0, 0, m.rotation])
 
 

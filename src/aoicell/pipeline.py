@@ -18,7 +18,7 @@ from aoicell.correction import Correction, correct
 from aoicell.errors import TargetNotFound
 from aoicell.localization import localize
 from aoicell.nominal import Nominal, View
-from aoicell.observation import Cell, Image, Observation, RobotState, capture_at
+from aoicell.observation import Cell, Observation, RobotState, capture_at
 from aoicell.registration import (
     TaughtView,
     Template,
@@ -27,8 +27,9 @@ from aoicell.registration import (
     register,
 )
 from aoicell.robot import Arm
-from aoicell.targets.chessboard import half_turn
-from aoicell.targets.cross_marker import CrossMarker
+from aoicell.targets.chessboard import Chessboard, half_turn
+from aoicell.targets.detector import IN_PICTURES, Detector
+from aoicell.targets.layout import Layout
 from aoicell.targets.pose import solve_pose
 from aoicell.transforms import SE3, Array, angle_of
 
@@ -146,12 +147,19 @@ def photograph_board(cell: Cell, nominal: Nominal) -> TaughtPictures:
 
 
 def calibrate(
-    pictures: CalibrationPictures, nominal: Nominal, methods: Sequence[Method]
+    pictures: CalibrationPictures,
+    nominal: Nominal,
+    methods: Sequence[Method],
+    detector: Detector = IN_PICTURES,
 ) -> dict[str, Calibration]:
     """Intrinsics, world set-up and hand-eye for each method, from the same pictures."""
     arm_board, table_board = nominal.armtarget, nominal.tabletarget
-    pairs, unused = _sightings(pictures.tripod, arm_board.detect_pair, "tripod picture")
-    uvs, unused_hand = _sightings(_hand_pictures(pictures), table_board.detect, "hand picture")
+    pairs, unused = _sightings(
+        pictures.tripod, arm_board, detector.chessboard_pair, "tripod picture"
+    )
+    uvs, unused_hand = _sightings(
+        _hand_pictures(pictures), table_board, detector.chessboard, "hand picture"
+    )
     uvs_arm = [uv_arm for uv_arm, _ in pairs.values()]
     tripod = calibrate_intrinsics(arm_board, uvs_arm, nominal.cameras["tripod"])
     hand = calibrate_intrinsics(table_board, list(uvs.values()), nominal.cameras["hand"])
@@ -176,13 +184,16 @@ def calibrate(
 
 
 def _sightings(
-    pictures: Sequence[Observation], detect: Callable[[Image, str], Found], name: str
+    pictures: Sequence[Observation],
+    board: Chessboard,
+    detect: Callable[[Observation, Chessboard, str], Found],
+    name: str,
 ) -> tuple[dict[Observation, Found], list[str]]:
     """What was detected, by picture, and the reason for each picture that is not used."""
     found, reasons = {}, []
     for index, picture in enumerate(pictures, start=1):
         try:
-            found[picture] = detect(picture.grey, f"{name} {index}")
+            found[picture] = detect(picture, board, f"{name} {index}")
         except TargetNotFound as error:
             reasons.append(str(error))
     return found, reasons
@@ -221,30 +232,32 @@ def _hand_eye(
 
 
 def teach(
-    pictures: TaughtPictures, calibration: Calibration, nominal: Nominal, method: Method
+    pictures: TaughtPictures,
+    calibration: Calibration,
+    nominal: Nominal,
+    method: Method,
+    detector: Detector = IN_PICTURES,
 ) -> Template:
     """The template of one method: the positioning marker alone, or all markers as measured."""
-    camera, positioning = calibration.hand.camera, nominal.positioning_marker
-    marker = CrossMarker(size=positioning.size, pitch=positioning.pitch)
+    camera, marker, positioning = calibration.hand.camera, nominal.marker, nominal.positioning
 
     def expected(observation: Observation, T_base_target: SE3) -> SE3:
         return calibration.T_base_camera(observation.state).actInv(T_base_target)
 
+    def found(observation: Observation) -> list[Array]:
+        return detector.markers(observation, marker)
+
+    check, overview = pictures.check, pictures.overview
     if not method.all_markers:
-        T_base_marker = nominal.T_base_board * nominal.T_board_positioning
-        return register(
-            pictures.check, pictures.views, {positioning.id: marker.crosses}, marker, camera,
-            expected(pictures.check, T_base_marker),
-        )  # fmt: skip
-    shown = [pictures.check, pictures.overview, *(view.standard for view in pictures.views)]
-    layout = measured_layout(
-        shown, [expected(o, nominal.T_base_board) for o in shown],
-        designed_layout(nominal.board, marker), marker, camera, fixed=positioning.id,
-    )  # fmt: skip
-    return register(
-        pictures.overview, pictures.views, layout, marker, camera,
-        expected(pictures.overview, nominal.T_base_board),
-    )  # fmt: skip
+        layout: Layout = {positioning.id: marker.crosses}
+        T_camera_marker = expected(check, nominal.T_base_board * nominal.T_board_positioning)
+        return register(check, found(check), pictures.views, layout, camera, T_camera_marker)
+    shown = [check, overview, *(view.standard for view in pictures.views)]
+    detections = [found(observation) for observation in shown]
+    Ts_camera_board = [expected(observation, nominal.T_base_board) for observation in shown]
+    design = designed_layout(nominal.board, marker)
+    layout = measured_layout(detections, Ts_camera_board, design, camera, fixed=positioning.id)
+    return register(overview, detections[1], pictures.views, layout, camera, Ts_camera_board[1])
 
 
 # -- Online -------------------------------------------------------------------------------------
@@ -257,10 +270,16 @@ def look(cell: Cell, template: Template) -> Observation:
 
 
 def relocate(
-    observation: Observation, template: Template, calibration: Calibration, method: Method
+    observation: Observation,
+    template: Template,
+    calibration: Calibration,
+    nominal: Nominal,
+    method: Method,
+    detector: Detector = IN_PICTURES,
 ) -> Correction:
     """From that picture: where the board is, and the corrected taught views."""
-    located = localize(observation, template, calibration.hand.camera)
+    detections = detector.markers(observation, nominal.marker)
+    located = localize(detections, template, calibration.hand.camera)
     return correct(
         template, located, calibration.T_base_camera(template.look.state),
         calibration.T_base_camera(observation.state), calibration.arm, method.by_equations,

@@ -35,7 +35,6 @@ class Template:
     """
 
     layout: Layout
-    marker: CrossMarker
     look: Observation
     taught: LocatedLayout
     views: tuple[TaughtView, ...]
@@ -43,18 +42,18 @@ class Template:
 
 def register(
     look: Observation,
+    detections: Sequence[Array],
     views: Sequence[TaughtView],
     layout: Layout,
-    marker: CrossMarker,
     camera: Camera,
     T_camera_expected: SE3,
 ) -> Template:
-    """Locate the taught board in `look` and keep it with the taught views.
+    """Locate the taught board by the detections in `look` and keep it with the taught views.
 
     Raises TargetNotFound when a marker of the layout is not in the picture.
     """
-    taught = locate_layout(look.grey, layout, marker, camera, T_camera_expected)
-    return Template(layout, marker, look, taught, tuple(views))
+    taught = locate_layout(detections, layout, camera, T_camera_expected)
+    return Template(layout, look, taught, tuple(views))
 
 
 def designed_layout(board: BoardDesign, marker: CrossMarker) -> Layout:
@@ -66,21 +65,20 @@ def designed_layout(board: BoardDesign, marker: CrossMarker) -> Layout:
 
 
 def measured_layout(
-    observations: Sequence[Observation],
+    detections: Sequence[Sequence[Array]],
     Ts_camera_expected: Sequence[SE3],
     design: Layout,
-    marker: CrossMarker,
     camera: Camera,
     fixed: str,
 ) -> Layout:
-    """The layout as the pictures show it: each marker moved and turned in the board's plane.
+    """The layout as several pictures show it: each marker moved and turned in the board's plane.
 
     The marker `fixed` stays at its design place: it defines the board's frame. A joint
     refinement over all pictures, with the camera poses free, so the arm has no part in it.
     """
     sightings = []
-    for observation, expected in zip(observations, Ts_camera_expected, strict=True):
-        uvs = identify(marker.detect(observation.grey), design, camera, expected)
+    for found, expected in zip(detections, Ts_camera_expected, strict=True):
+        uvs = identify(found, design, camera, expected)
         if uvs:
             sightings.append((uvs, _start_pose(uvs, design, camera)))
     free = [id for id in design if id != fixed]

@@ -7,7 +7,7 @@ import numpy as np
 from aoicell.benchmark.records import MarkerRecord, ViewRecord
 from aoicell.observation import Observation
 from aoicell.sim.world import Truth, World
-from aoicell.targets.cross_marker import CrossMarker, turned
+from aoicell.targets.cross_marker import turned
 from aoicell.transforms import SE3, Array, apply, distance_deg
 
 
@@ -29,9 +29,7 @@ def visible_points(world: World, taught: Truth) -> Array:
     return tops[inside]
 
 
-def score_view(
-    world: World, id: str, standard: Observation, new: Observation, marker: CrossMarker
-) -> ViewRecord:
+def score_view(world: World, id: str, standard: Observation, new: Observation) -> ViewRecord:
     """One view, at component points and at the markers that it shows."""
     before, after = world.truth_of(standard), world.truth_of(new)
     points = visible_points(world, before)
@@ -43,16 +41,15 @@ def score_view(
         lateral_mm=float(np.linalg.norm(vectors[:, :2], axis=1).mean()),
         depth_mm=float(np.abs(vectors[:, 2]).mean()),
         deg=distance_deg(before.T_camera_board, after.T_camera_board),
-        markers=_score_markers(world, standard, new, marker),
+        markers=_score_markers(world, standard, new),
         T_base_camera_taught=before.T_base_camera.homogeneous.tolist(),
         T_base_camera_new=after.T_base_camera.homogeneous.tolist(),
     )
 
 
-def _score_markers(
-    world: World, standard: Observation, new: Observation, marker: CrossMarker
-) -> list[MarkerRecord]:
+def _score_markers(world: World, standard: Observation, new: Observation) -> list[MarkerRecord]:
     """Every marker that lies in the standard image as a whole."""
+    marker = world.nominal.marker
     camera = world.geometry.cameras["hand"]
     before, after = world.truth_of(standard).T_camera_board, world.truth_of(new).T_camera_board
     found_before, found_after = marker.detect(standard.grey), marker.detect(new.grey)

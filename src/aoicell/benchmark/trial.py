@@ -27,7 +27,6 @@ from aoicell.scenario import Displacement, Range, Scenario
 from aoicell.sim.as_built import draw, stream
 from aoicell.sim.cell import SimCell
 from aoicell.sim.world import World
-from aoicell.targets.cross_marker import CrossMarker
 from aoicell.transforms import (
     SE3,
     angle_of,
@@ -121,7 +120,7 @@ def draw_displacement(scenario: Scenario, session: Session, trial: int) -> SE3:
     """T_base_motion of the board, about the true centre of its positioning marker."""
     world = session.world
     rng = stream(scenario.seed, world.as_built.world, trial, "displacement")
-    id = session.nominal.positioning_marker.id
+    id = session.nominal.positioning.id
     T_base_marker = session.T_base_board_taught * world.geometry.Ts_board_marker[id]
     return _motion_about(T_base_marker.translation, scenario.displacement, rng, trial)
 
@@ -153,16 +152,15 @@ def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialRe
     try:
         picture = look(session.cell, template)
         start = time.perf_counter()
-        correction = relocate(picture, template, session.calibrations[name], METHODS[name])
+        calibration = session.calibrations[name]
+        correction = relocate(picture, template, calibration, session.nominal, METHODS[name])
         seconds = time.perf_counter() - start
         shift = correction.shift_mm
         images = visit(session.cell, correction)
     except Refused as refusal:
         outcome, reason, images = "refused", str(refusal), {}
-    design = session.nominal.positioning_marker
-    marker = CrossMarker(size=design.size, pitch=design.pitch)
     T_taught = session.T_base_board_taught
-    centre = (T_taught * world.geometry.Ts_board_marker[design.id]).translation
+    centre = (T_taught * world.geometry.Ts_board_marker[session.nominal.positioning.id]).translation
     record = TrialRecord(
         world=world.as_built.world,
         trial=trial,
@@ -176,7 +174,7 @@ def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialRe
         T_base_board_taught=T_taught.homogeneous.tolist(),
         T_base_board_now=world.T_base_board.homogeneous.tolist(),
         views=[
-            score_view(world, view.id, view.standard, images[view.id], marker)
+            score_view(world, view.id, view.standard, images[view.id])
             for view in template.views
             if view.id in images
         ],

@@ -84,7 +84,7 @@ class Arm:
         Levenberg-Marquardt on the twist in flange axes. Raises Unreachable, naming
         the pose and what is left, when no solution within the limits is found.
         """
-        q = np.clip(np.asarray(q_near, dtype=float), self.lower, self.upper)
+        q: Array = np.clip(np.asarray(q_near, dtype=float), self.lower, self.upper)
         damping, error = 1e-4, self._error(q, T_base_flange)
         for _ in range(200):
             if np.abs(error).max() < 1e-12:

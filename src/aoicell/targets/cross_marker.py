@@ -59,7 +59,7 @@ class CrossMarker:
 
         def cover(low: float, high: float) -> Array:
             overlap = np.minimum(edges[1:], high) - np.maximum(edges[:-1], low)
-            return np.clip(overlap, 0, None) / width
+            return np.asarray(np.clip(overlap, 0, None) / width)
 
         rows, columns = cover(y - half_y, y + half_y)[::-1], cover(x - half_x, x + half_x)
         return np.asarray(np.outer(rows, columns), dtype=float)

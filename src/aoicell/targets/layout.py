@@ -7,8 +7,7 @@ import numpy as np
 
 from aoicell.camera import Camera
 from aoicell.errors import TargetNotFound
-from aoicell.observation import Image
-from aoicell.targets.cross_marker import CrossMarker, turned
+from aoicell.targets.cross_marker import turned
 from aoicell.targets.pose import TargetPose, planar_candidates, solve_pose
 from aoicell.transforms import SE3, Array, apply
 
@@ -41,21 +40,19 @@ class LocatedLayout:
 
 
 def locate_layout(
-    grey: Image,
+    detections: Sequence[Array],
     layout: Layout,
-    marker: CrossMarker,
     camera: Camera,
     T_camera_expected: SE3,
     needed: int | None = None,
     config: LayoutConfig = LayoutConfig(),
 ) -> LocatedLayout:
-    """Pose of a layout of markers from one picture.
+    """Pose of a layout of markers from the marker-like detections (4, 2) of one picture.
 
     `T_camera_expected` is where it would be without a displacement: it settles the quarter
     turn. `needed` markers (default: all) have to be found. Raises TargetNotFound.
     """
     needed = len(layout) if needed is None else needed
-    detections = marker.detect(grey)
     uvs = identify(detections, layout, camera, T_camera_expected, config)
     if len(uvs) < needed:
         missing = sorted(set(layout) - set(uvs))

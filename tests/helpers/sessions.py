@@ -1,0 +1,118 @@
+"""Cells that are calibrated and taught once in a test run: a plugin with session fixtures."""
+
+import io
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import pytest
+
+from aoicell import cli
+from aoicell.benchmark.trial import Session, prepare
+from aoicell.nominal import Nominal
+from aoicell.pipeline import (
+    METHODS,
+    CalibrationPictures,
+    calibrate,
+    photograph_board,
+    photograph_targets,
+    teach,
+)
+from aoicell.resources import find
+from aoicell.scenario import Scenario, load_scenario
+from aoicell.sim.as_built import draw
+from aoicell.sim.cell import SimCell
+from aoicell.sim.tolerances import IDEAL
+from aoicell.sim.world import World
+
+from .fence import fenced
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """A session whose every picture was taken through the fence, and the pictures."""
+
+    session: Session
+    pictures: CalibrationPictures
+
+
+@pytest.fixture(scope="session")
+def ideal_rehearsal(nominal: Nominal) -> Iterator[Rehearsal]:
+    scenario = Scenario(
+        name="twenty",
+        profile="ideal",
+        trials_per_world=20,
+        displacement={"shift_mm": {"min": 0, "max": 60}},  # type: ignore[arg-type]
+    )
+    world = World(nominal, draw(nominal, IDEAL, scenario.seed))
+    cell = fenced(SimCell(world))
+    methods = [METHODS[name] for name in scenario.methods]
+    pictures = photograph_targets(cell, nominal)
+    calibrations = calibrate(pictures, nominal, methods)
+    taught = photograph_board(cell, nominal)
+    templates = {m.name: teach(taught, calibrations[m.name], nominal, m) for m in methods}
+    session = Session(
+        scenario, nominal, world, cell, calibrations, taught, templates, world.T_base_board
+    )
+    yield Rehearsal(session, pictures)
+    world.close()
+
+
+@pytest.fixture(scope="session")
+def ideal_session(ideal_rehearsal: Rehearsal) -> Session:
+    """Profile `ideal`, behind the fence."""
+    return ideal_rehearsal.session
+
+
+@pytest.fixture(scope="session")
+def paper_session(nominal: Nominal) -> Iterator[Session]:
+    """The demo's own world, with the methods in the other order and grey pictures."""
+    scenario = load_scenario(find("scenarios", "two_tests"))
+    changes = {
+        "methods": scenario.methods[::-1],
+        "store": scenario.store.model_copy(update={"colour": False}),
+    }
+    session = prepare(scenario.model_copy(update=changes), nominal, 0)
+    yield session
+    session.world.close()
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished command: its folder, what it printed, its exit code."""
+
+    folder: Path
+    stdout: str
+    stderr: str
+    code: int
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        return dict(json.loads(self.stdout))
+
+
+def run_cli(*arguments: str | Path, folder: Path = Path()) -> Run:
+    """The command line in this process, as a shell would see it."""
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    with (
+        patch.object(sys, "argv", ["aoicell", *map(str, arguments)]),
+        redirect_stdout(out),
+        redirect_stderr(err),
+    ):
+        try:
+            cli.main()
+        except SystemExit as done:
+            code = int(done.code or 0)
+    return Run(folder, out.getvalue(), err.getvalue(), code)
+
+
+@pytest.fixture(scope="session")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """`aoicell demo --json`, once."""
+    folder = tmp_path_factory.mktemp("demo") / "run"
+    return run_cli("demo", "--json", "--out", folder, folder=folder)
