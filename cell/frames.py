@@ -9,19 +9,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from picture import HEIGHT, WIDTH, over_the_board, softly_lit
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
+from picture import HEIGHT, WIDTH, over_the_board, softly_lit
 
 from aoicell.nominal import Nominal, load_nominal
 from aoicell.observation import Image
-from aoicell.sim.as_built import draw
-from aoicell.sim.tolerances import PROFILES
+from aoicell.sim.drawing import draw
+from aoicell.sim.tolerances import Tolerances
 from aoicell.sim.world import World
 from aoicell.transforms import SE3, Array, apply, to_quat_wxyz
 
@@ -31,6 +30,7 @@ FADE = 0.30  # how far the render goes towards white, so that the drawing stands
 AXES = {"x": "#d81e1e", "y": "#00962f", "z": "#1450e6"}
 INK, ARROW = "#111111", "#3d2a78"
 NAME_PT, ARROW_PT = 18, 15.5
+
 
 @dataclass(frozen=True)
 class Shot:
@@ -73,8 +73,9 @@ class Link:
 
 @dataclass(frozen=True)
 class Inset:
-    """A nearer view: what of a frame it aims at (m), whence in world, how far (m), and where
-    in the figure it stands (left, top, width, height, px)."""
+    """A nearer view: the point of a frame that it aims at (m), whence in world and how far (m),
+    its place in the figure (left, top, width, height, px), what is drawn in it.
+    """
 
     frame: str
     aim: tuple[float, float, float]
@@ -98,36 +99,36 @@ TRIADS = (
     Triad("base", 0.20, -80, -25),
     Triad("tripod", 0.16, 85, 0),
     Triad("tabletarget", 0.12, 130, 0),
-    Triad("board", 0.12, 25, 75),
+    Triad("board", 0.12, 95, 60),
 )
 LINKS = (
-    Link("world", "base", 0.0, 0.5, -100, 5),
-    Link("base", "flange", -0.12, 0.55, -105, 0),
-    Link("base", "tripod", 0.08, 0.72, 125, 10),
-    Link("base", "tabletarget", 0.08, 0.8, 90, 45),
-    Link("base", "board", 0.15, 0.4, -10, 50),
-    Link("camera", "board", 0.0, 0.4, 105, 0),
+    Link("world", "base", -0.25, 0.5, -104, 8),
+    Link("base", "flange", -0.12, 0.55, -108, 24),
+    Link("base", "tripod", 0.08, 0.72, -100, 0),
+    Link("base", "tabletarget", 0.08, 0.8, 105, 72),
+    Link("base", "board", 0.0, 0.4, 36, 68),
+    Link("camera", "board", -0.16, 0.4, 96, 0),
 )
 HAND = Inset(
-    "flange", (0, -0.085, 0.02), (0.25, 0.95, 0.45), 0.62, (16, 16, 510, 440),
+    "flange", (0, -0.09, -0.01), (-0.25, 0.90, 0.50), 0.50, (16, 16, 510, 420),
     (
-        Triad("flange", 0.06, -110, 0),
-        Triad("camera", 0.06, -110, 0),
-        Triad("armtarget", 0.06, 0, 60),
+        Triad("flange", 0.06, -75, -28),
+        Triad("camera", 0.06, -75, 38),
+        Triad("armtarget", 0.06, 30, 92),
     ),
-    (Link("flange", "camera", 0.0, 0.5, -160, 0), Link("flange", "armtarget", 0.0, 0.5, 0, -60)),
+    (Link("flange", "camera", -0.6, 0.5, 112, 36), Link("flange", "armtarget", 0.0, 0.5, 0, -60)),
 )  # fmt: skip
 BOARD = Inset(
-    "board", (0, 0, 0), (0.70, 0.72, 1.0), 0.62, (1164, 584, 420, 400),
+    "board", (0, 0, 0), (0.70, 0.72, 1.0), 0.66, (1164, 584, 420, 400),
     (Triad("board", 0.06, 0, 60), Triad("marker", 0.05, 0, -60)),
-    (Link("board", "marker", 0.0, 0.5, 80, 0),),
+    (Link("board", "marker", 0.0, 0.5, 115, 0),),
 )  # fmt: skip
 
 
 def main() -> None:
     """Write the figure."""
     nominal = load_nominal(HERE)
-    world = World(nominal, draw(nominal, PROFILES["ideal"], seed=0))
+    world = World(nominal, draw(nominal, Tolerances(), seed=0))
     world.arrive(over_the_board(nominal))
     frames = true_frames(world, nominal)
     overview = take(world)
@@ -163,10 +164,11 @@ def compose(frames: dict[str, SE3], overview: Shot, near: list[tuple[Inset, Shot
     FigureCanvasAgg(figure)
     whole = figure.add_axes((0, 0, 1, 1))
     show(whole, overview.image, WIDTH)
+    whole.set_axis_off()
     for inset, _ in near:
         tie(whole, overview, frames, inset)
-    draw_links(whole, overview, frames, LINKS)
     draw_triads(whole, overview, frames, TRIADS)
+    draw_links(whole, overview, frames, LINKS)
     draw_key(whole)
     for inset, shot in near:
         left, top, width, height = inset.place_px
@@ -175,8 +177,8 @@ def compose(frames: dict[str, SE3], overview: Shot, near: list[tuple[Inset, Shot
         )
         show(axes, shot.image, HEIGHT * width / height)
         axes.spines[:].set(linewidth=2, color=INK)
-        draw_links(axes, shot, frames, inset.links)
         draw_triads(axes, shot, frames, inset.triads)
+        draw_links(axes, shot, frames, inset.links)
     return figure
 
 
@@ -189,10 +191,8 @@ def show(axes: Axes, image: Image, width: float) -> None:
     axes.set(xticks=[], yticks=[])
 
 
-def draw_triads(
-    axes: Axes, shot: Shot, frames: dict[str, SE3], triads: tuple[Triad, ...]
-) -> None:
-    """x red, y green, z blue from each origin, and the frame's name."""
+def draw_triads(axes: Axes, shot: Shot, frames: dict[str, SE3], triads: tuple[Triad, ...]) -> None:
+    """Axes x red, y green, z blue from each origin, and the frame's name."""
     for triad in triads:
         tips = triad.length * np.vstack([np.zeros(3), np.eye(3)])
         origin, *ends = shot.project(apply(frames[triad.frame], tips))
@@ -222,7 +222,7 @@ def arrow(
 ) -> None:
     """An arrow with a white rim between two pixels; `bend` as a share of its length."""
     axes.annotate(
-        "", end, start, zorder=5,
+        "", (end[0], end[1]), (start[0], start[1]), zorder=5,
         arrowprops={
             "arrowstyle": "-|>", "color": colour, "linewidth": width, "mutation_scale": head,
             "shrinkA": 0, "shrinkB": 0, "connectionstyle": f"arc3,rad={bend}",
@@ -232,12 +232,19 @@ def arrow(
 
 
 def write(
-    axes: Axes, place: Array, offset: tuple[float, float], text: str, colour: str, points: float,
-    bold: bool = False, ha: Literal["left", "center"] = "center",
+    axes: Axes,
+    place: Array,
+    offset: tuple[float, float],
+    text: str,
+    colour: str,
+    points: float,
+    bold: bool = False,
+    ha: Literal["left", "center"] = "center",
 ) -> None:
     """Text with a white rim, its middle at an offset (figure px, y down) from a place."""
     axes.annotate(
-        text, place, (offset[0] * 72 / DPI, -offset[1] * 72 / DPI), textcoords="offset points",
+        text, (place[0], place[1]), (offset[0] * 72 / DPI, -offset[1] * 72 / DPI),
+        textcoords="offset points",
         ha=ha, va="center", color=colour, fontsize=points, zorder=9,
         family="DejaVu Sans" if bold else "DejaVu Sans Mono",
         weight="bold" if bold else "normal",
@@ -260,11 +267,12 @@ def tie(axes: Axes, overview: Shot, frames: dict[str, SE3], inset: Inset) -> Non
 
 def draw_key(axes: Axes) -> None:
     """The axes' colours and how the names chain."""
-    left, top, line = 40, 830, 38
+    left, top, line = 40, 794, 38
     for n, (name, colour) in enumerate(AXES.items()):
         write(axes, np.array([left + 10 + 45 * n, top]), (0, 0), name, colour, NAME_PT, bold=True)
     lines = (
         "T_a_b: the pose of b in a",
+        "marker: the positioning marker, M1",
         "T_base_board = T_base_flange",
         "  * T_flange_camera * T_camera_board",
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 
 # First of all: it chooses the rendering back end, which mujoco reads when it is imported.
 from aoicell.sim.backend import make_renderer
+
 from aoicell.sim.world import World  # isort: skip
 
 import cv2
@@ -17,9 +18,9 @@ import numpy as np
 
 from aoicell.nominal import Nominal, load_nominal
 from aoicell.observation import Image
-from aoicell.sim.as_built import draw
+from aoicell.sim.drawing import draw
+from aoicell.sim.profiles import PROFILES
 from aoicell.sim.scene import HULLS
-from aoicell.sim.tolerances import PROFILES
 from aoicell.transforms import Array
 
 HERE = Path(__file__).parent

@@ -20,8 +20,8 @@ from hypothesis import settings
 
 from aoicell.nominal import Nominal, load_nominal
 from aoicell.resources import data_root
-from aoicell.sim.as_built import draw
-from aoicell.sim.tolerances import IDEAL, PAPER
+from aoicell.sim.drawing import draw
+from aoicell.sim.profiles import IDEAL, PAPER
 from aoicell.sim.world import World
 from aoicell.transforms import Array, from_xyz_rpy
 

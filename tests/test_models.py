@@ -11,7 +11,7 @@ import yourdfpy
 
 from aoicell.nominal import Nominal, load_nominal
 from aoicell.robot import Arm
-from aoicell.sim.as_built import designed
+from aoicell.sim.as_built import Light, designed, plain_surfaces
 from aoicell.sim.scene import build_model
 
 ROOT = Path(__file__).parents[1]
@@ -122,7 +122,7 @@ def test_the_scene_steps_without_a_warning(nominal: Nominal) -> None:
         name: (camera.width, camera.height, camera.focal_px)
         for name, camera in nominal.cameras.items()
     }
-    model = build_model(nominal, designed(nominal), pinholes)
+    model = build_model(nominal, designed(nominal), pinholes, Light(), plain_surfaces())
     data = mujoco.MjData(model)
     data.qpos[:] = nominal.q_home
     mujoco.mj_step(model, data, 100)

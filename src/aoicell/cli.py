@@ -27,7 +27,8 @@ from aoicell.report.paper import contradictions
 from aoicell.report.tables import hand_eye_table, residual_table, summary_table
 from aoicell.resources import data_root, find
 from aoicell.scenario import Scenario, load_scenario
-from aoicell.sim.tolerances import PROFILES, Tolerances
+from aoicell.sim.profiles import PROFILES
+from aoicell.sim.tolerances import Tolerances
 
 app = typer.Typer(no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False)
 out, err = Console(), Console(stderr=True)

@@ -8,11 +8,12 @@ import numpy as np
 from aoicell.camera import Camera
 from aoicell.errors import AoicellError
 from aoicell.nominal import Nominal
-from aoicell.sim.as_built import designed, draw
+from aoicell.sim.as_built import designed
 from aoicell.sim.backend import opengl_description
 from aoicell.sim.cell import SimCell
+from aoicell.sim.drawing import draw
+from aoicell.sim.profiles import IDEAL, TYPICAL
 from aoicell.sim.scene import ARM
-from aoicell.sim.tolerances import IDEAL, TYPICAL
 from aoicell.sim.world import World
 from aoicell.targets.layout import identify
 from aoicell.transforms import Array, angle_of
@@ -72,7 +73,7 @@ def _overview_errors(nominal: Nominal, world: World) -> tuple[Array, Camera]:
     )
     cell = SimCell(world)
     cell.move(nominal.arm.ik(T_base_flange, nominal.q_home, "overview"))
-    picture, camera = cell.capture(), world.geometry.cameras["hand"]
+    picture, camera = cell.capture(), world.camera("hand")
     marker = nominal.marker
     layout = {id: world.marker_points(id, marker.crosses) for id in design.Ts_board_marker}
     T_camera_board = world.truth().T_camera_board

@@ -13,7 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from aoicell.errors import ScenarioError, did_you_mean
 from aoicell.resources import data_root
-from aoicell.sim.tolerances import PROFILES, Tolerances
+from aoicell.sim.profiles import PROFILES
+from aoicell.sim.tolerances import Tolerances
 
 MethodName = Literal["paper", "aoicell"]
 

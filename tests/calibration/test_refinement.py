@@ -56,7 +56,9 @@ def qs(nominal: Nominal) -> list[Array]:
     """The poses that the procedure takes."""
     start = looks(nominal, [nominal.hand_eye_start])[0]
     T_start, arm = nominal.arm.fk(start), nominal.arm
-    return looks(nominal, INTRINSIC_VIEWS) + [arm.ik(T_start * dT, start) for dT in TABLE_2.values()]
+    return looks(nominal, INTRINSIC_VIEWS) + [
+        arm.ik(T_start * dT, start) for dT in TABLE_2.values()
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -74,9 +76,7 @@ def unused(nominal: Nominal) -> list[Array]:
     )
 
 
-def refine(
-    rig: Rig, start: HandEye, qs: Sequence[Array], Bs: Sequence[SE3]
-) -> tuple[HandEye, Arm]:
+def refine(rig: Rig, start: HandEye, qs: Sequence[Array], Bs: Sequence[SE3]) -> tuple[HandEye, Arm]:
     nominal = rig.nominal
     return refine_hand_eye(
         start, nominal.arm, nominal.tabletarget, nominal.cameras["hand"],

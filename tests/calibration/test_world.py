@@ -77,7 +77,9 @@ def test_one_picture_takes_the_bracket_as_designed(
     # the bracket's error is carried to the board through the flange, exactly
     T_base_arm = nominal.T_base_flange_setup * nominal.T_flange_armtarget
     true = nominal.T_base_tabletarget * BOARD
-    assert_close(result.T_base_tabletarget, T_base_arm * BRACKET.inverse() * T_base_arm.actInv(true))
+    assert_close(
+        result.T_base_tabletarget, T_base_arm * BRACKET.inverse() * T_base_arm.actInv(true)
+    )
     assert distance_mm(result.T_base_tabletarget, true) > 1
     assert result.scatter_mm == pytest.approx(0, abs=1e-9)
 

@@ -1,23 +1,11 @@
 """Detections of markers without a picture."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from aoicell.camera import Camera
-from aoicell.targets.cross_marker import CrossMarker
 from aoicell.transforms import SE3, Array
-
-
-@dataclass(frozen=True)
-class SeenMarker(CrossMarker):
-    """A marker whose detector returns what it is told to, whatever the picture shows."""
-
-    found: Sequence[Array] = field(default=())
-
-    def detect(self, grey: object) -> list[Array]:
-        return list(self.found)
 
 
 def detections(

@@ -25,9 +25,9 @@ from aoicell.pipeline import (
 )
 from aoicell.resources import find
 from aoicell.scenario import Scenario, load_scenario
-from aoicell.sim.as_built import draw
 from aoicell.sim.cell import SimCell
-from aoicell.sim.tolerances import IDEAL
+from aoicell.sim.drawing import draw
+from aoicell.sim.profiles import IDEAL
 from aoicell.sim.world import World
 
 from .fence import fenced

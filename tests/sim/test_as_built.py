@@ -8,8 +8,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from aoicell.nominal import Nominal
-from aoicell.sim.as_built import AsBuilt, Geometry, designed, draw, stream
-from aoicell.sim.tolerances import IDEAL, PAPER, Tolerances
+from aoicell.sim.as_built import AsBuilt, Geometry, designed
+from aoicell.sim.drawing import draw, stream
+from aoicell.sim.profiles import IDEAL, PAPER
+from aoicell.sim.tolerances import Tolerances
 from aoicell.transforms import Array, from_xyz_rpy
 
 EVERYTHING = PAPER.model_copy(update={"axis_deg": 0.02})  # what the paper leaves at zero, too
@@ -200,5 +202,5 @@ def test_hand_placed_things_stay_on_the_table(nominal: Nominal) -> None:
 
 def test_repeatability_and_noise_are_handed_on(nominal: Nominal) -> None:
     as_built = draw(nominal, Tolerances(repeatability_mm=0.36, noise_grey=2.0), 5, 6)
-    assert as_built.repeatability_sigma == pytest.approx(1e-4)
-    assert (as_built.noise_grey, as_built.seed, as_built.world) == (2.0, 5, 6)
+    assert as_built.arrival.repeatability_sigma == pytest.approx(1e-4)
+    assert (as_built.sensors["hand"].noise_grey, as_built.seed, as_built.world) == (2.0, 5, 6)

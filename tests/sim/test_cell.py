@@ -8,9 +8,9 @@ import pytest
 from aoicell.errors import Unreachable
 from aoicell.nominal import Nominal
 from aoicell.observation import Cell, Observation, capture_at
-from aoicell.sim.as_built import draw
 from aoicell.sim.cell import SimCell
-from aoicell.sim.tolerances import IDEAL
+from aoicell.sim.drawing import draw
+from aoicell.sim.profiles import IDEAL
 from aoicell.sim.world import World
 from aoicell.transforms import Array, distance_mm, translation
 

@@ -12,8 +12,8 @@ import pytest
 
 from aoicell.calibration.poses import TABLE_2
 from aoicell.nominal import Nominal
-from aoicell.sim.as_built import draw
-from aoicell.sim.tolerances import IDEAL, PAPER
+from aoicell.sim.drawing import draw
+from aoicell.sim.profiles import IDEAL, PAPER
 from aoicell.sim.world import World
 from aoicell.targets.cross_marker import CrossMarker
 from aoicell.transforms import SE3, Array

@@ -5,7 +5,8 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from aoicell.sim.tolerances import IDEAL, PAPER, PROFILES, Tolerances
+from aoicell.sim.profiles import IDEAL, PAPER, PROFILES
+from aoicell.sim.tolerances import Tolerances
 
 SIGNED = {"mount_bias_x_mm", "mount_bias_z_mm", "k1"}
 KNOBS = list(Tolerances.model_fields)

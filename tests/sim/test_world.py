@@ -17,9 +17,10 @@ from scipy.spatial.transform import Rotation
 from aoicell.errors import ModelError, RenderingUnavailable
 from aoicell.nominal import Nominal, load_nominal
 from aoicell.resources import data_root
-from aoicell.sim.as_built import draw
-from aoicell.sim.tolerances import IDEAL, PAPER, Tolerances
 from aoicell.sim.backend import make_renderer
+from aoicell.sim.drawing import draw
+from aoicell.sim.profiles import IDEAL, PAPER
+from aoicell.sim.tolerances import Tolerances
 from aoicell.sim.world import World
 from aoicell.targets.chessboard import half_turn
 from aoicell.targets.pose import rms

@@ -152,7 +152,9 @@ def test_a_pair_needs_both() -> None:
 
 def true_corners(world: World) -> Array:
     T_camera_target = world.truth().T_base_camera.actInv(world.geometry.T_base_tabletarget)
-    return world.geometry.cameras["hand"].project(world.nominal.tabletarget.corners, T_camera_target)
+    return world.geometry.cameras["hand"].project(
+        world.nominal.tabletarget.corners, T_camera_target
+    )
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ def visible_points(world: World, taught: Truth) -> Array:
     """Tops of the components (N, 3) that lie in the taught view, in the board's frame."""
     components = world.nominal.board.components
     tops = np.array([[c.x, c.y, c.top] for c in components])
-    camera = world.geometry.cameras["hand"]
+    camera = world.camera("hand")
     uv = camera.project(tops, taught.T_camera_board)
     inside = ((uv >= 0) & (uv <= [camera.width - 1, camera.height - 1])).all(axis=1)
     return tops[inside]
@@ -50,7 +50,7 @@ def score_view(world: World, id: str, standard: Observation, new: Observation) -
 def _score_markers(world: World, standard: Observation, new: Observation) -> list[MarkerRecord]:
     """Every marker that lies in the standard image as a whole."""
     marker = world.nominal.marker
-    camera = world.geometry.cameras["hand"]
+    camera = world.camera("hand")
     before, after = world.truth_of(standard).T_camera_board, world.truth_of(new).T_camera_board
     found_before, found_after = marker.detect(standard.grey), marker.detect(new.grey)
     records = []

@@ -24,8 +24,8 @@ from aoicell.pipeline import (
 )
 from aoicell.registration import Template
 from aoicell.scenario import Displacement, Range, Scenario
-from aoicell.sim.as_built import draw, stream
 from aoicell.sim.cell import SimCell
+from aoicell.sim.drawing import draw, stream
 from aoicell.sim.world import World
 from aoicell.transforms import (
     SE3,

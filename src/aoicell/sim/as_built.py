@@ -1,10 +1,9 @@
-"""The cell as it was really built: tolerances and a seed give a drawn geometry.
+"""The cell as it was really built: what a drawing from tolerances consists of.
 
-Every draw has its own random stream, keyed by (seed, world, trial, name): a source that is
-switched on or off leaves all other draws as they were.
+`Geometry` is all that decides where a point appears; the other parts decide how the arm
+arrives and how light becomes grey values.
 """
 
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,21 +12,19 @@ import numpy as np
 from aoicell.camera import Camera
 from aoicell.nominal import Nominal
 from aoicell.observation import CameraName
-from aoicell.sim.tolerances import Tolerances
-from aoicell.transforms import SE3, Array, from_rvec, from_xyz_rpy
+from aoicell.transforms import SE3, Array, from_xyz_rpy
 
-
-def stream(seed: int, world: int, trial: int, name: str) -> np.random.Generator:
-    """The random stream of one named quantity; trial -1 belongs to the world itself."""
-    return np.random.default_rng([seed, world, trial + 1, zlib.crc32(name.encode())])
+PrintScale = tuple[float, float]  # printed over designed size, along x and y
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """Where everything is and which cameras look at it: all that a picture depends on.
+    """Where everything is and which cameras look at it.
 
     `joint_corrections` act in each joint's own frame, after its URDF origin; the last one
-    belongs to the flange. `Ts_board_marker` go by marker id.
+    belongs to the flange. `Ts_board_marker` go by marker id, `print_scales` by the name of
+    the print (armtarget, tabletarget, marker ids), `bows` (centre over edges, two opposite
+    corners over the others; m) by chessboard.
     """
 
     joint_corrections: tuple[SE3, ...]
@@ -39,15 +36,88 @@ class Geometry:
     T_base_board: SE3
     Ts_board_marker: Mapping[str, SE3]
     cameras: Mapping[CameraName, Camera]
+    print_scales: Mapping[str, PrintScale]
+    bows: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """How the arm stops. SI units.
+
+    `repeatability_sigma` (m) per axis at the flange; `backlash` (rad) is the whole play of a
+    joint; `compliance` (rad per N m) of each joint under gravity; the flange is still
+    `settle` (m) from rest on arrival and gets there with time constant `settle_time`; the
+    picture is taken `wait` after arrival and is `lag` older than the reported pose.
+    """
+
+    repeatability_sigma: float = 0.0
+    backlash: float = 0.0
+    compliance: float = 0.0
+    settle: float = 0.0
+    settle_time: float = 0.0
+    wait: float = 0.0
+    lag: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """How light becomes grey values in one camera.
+
+    `psf_px`: point spread in focus; `aperture` and `focus` (m) of the lens, focus 0 for all
+    in focus; `exposure` (s); `brightness` factor; `vignetting`: share of light lost in the
+    corners; `gain`: electrons a grey value, 0 without shot noise; `noise_grey`: read noise;
+    `adc_bits`, 0 for exact; `focal_drift`: relative change of the focal length over a shift.
+    """
+
+    psf_px: float = 0.0
+    aperture: float = 0.0
+    focus: float = 0.0
+    exposure: float = 0.0
+    brightness: float = 1.0
+    vignetting: float = 0.0
+    gain: float = 0.0
+    noise_grey: float = 0.0
+    adc_bits: int = 0
+    focal_drift: float = 0.0
+
+
+@dataclass(frozen=True)
+class Light:
+    """The lamps: level factor, colour (3,) factors of R, G, B, rotation vectors (N, 3) of the
+    lamps' directions (rad), gradient (2,) over half the picture's width and height (relative),
+    flicker (sigma of the level from picture to picture), and whether shadows are cast.
+    """
+
+    level: float = 1.0
+    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    turns: tuple[tuple[float, float, float], ...] = ()
+    gradient: tuple[float, float] = (0.0, 0.0)
+    flicker: float = 0.0
+    shadows: bool = False
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """How parts and prints really look: height offsets (m) and brightness factors of components
+    by id; share of each print under dust, share of each marker's edge that is covered; glare.
+    """
+
+    heights: Mapping[str, float]
+    brightness: Mapping[str, float]
+    dust: float = 0.0
+    occlusion: float = 0.0
+    glare: float = 0.0
 
 
 @dataclass(frozen=True)
 class AsBuilt:
-    """A drawn cell: its geometry, and what varies from picture to picture."""
+    """A drawn cell."""
 
     geometry: Geometry
-    repeatability_sigma: float
-    noise_grey: float
+    arrival: Arrival
+    sensors: Mapping[CameraName, Sensor]
+    light: Light
+    surfaces: Surfaces
     seed: int
     world: int
 
@@ -55,6 +125,10 @@ class AsBuilt:
 def designed(nominal: Nominal) -> Geometry:
     """The geometry of the design, exactly."""
     dof = nominal.arm.dof
+    markers = {
+        m.id: from_xyz_rpy([m.x, m.y, m.z], [0, 0, m.rotation]) for m in nominal.board.markers
+    }
+    boards = ("armtarget", "tabletarget")
     return Geometry(
         joint_corrections=(SE3.Identity(),) * (dof + 1),
         joint_offsets=np.zeros(dof),
@@ -63,75 +137,13 @@ def designed(nominal: Nominal) -> Geometry:
         T_base_tabletarget=nominal.T_base_tabletarget,
         T_base_tripod=nominal.T_base_tripod,
         T_base_board=nominal.T_base_board,
-        Ts_board_marker={
-            m.id: from_xyz_rpy([m.x, m.y, m.z], [0, 0, m.rotation]) for m in nominal.board.markers
-        },
+        Ts_board_marker=markers,
         cameras=dict(nominal.cameras),
+        print_scales=dict.fromkeys((*boards, *markers), (1.0, 1.0)),
+        bows=dict.fromkeys(boards, (0.0, 0.0)),
     )
 
 
-def draw(nominal: Nominal, tolerances: Tolerances, seed: int, world: int = 0) -> AsBuilt:
-    """Draw a cell. The same arguments give the same cell, on any machine and in any order."""
-    return AsBuilt(
-        geometry=_Draw(nominal, tolerances, seed, world).geometry(),
-        # ISO 9283: RP = mean + 3 sigma of the distance, 3.6 times the sigma of one axis
-        repeatability_sigma=tolerances.repeatability_mm / 1e3 / 3.6,
-        noise_grey=tolerances.noise_grey,
-        seed=seed,
-        world=world,
-    )
-
-
-class _Draw:
-    """One drawing of a cell from its tolerances."""
-
-    def __init__(self, nominal: Nominal, tolerances: Tolerances, seed: int, world: int) -> None:
-        self.nominal, self.t = nominal, tolerances
-        self.key = (seed, world)
-
-    def normal(self, name: str, sigma: float, size: int | tuple[int, ...]) -> Array:
-        return sigma * stream(*self.key, -1, name).standard_normal(size)
-
-    def motion(self, name: str, mm: float, deg: float) -> SE3:
-        """A small rigid motion: `mm` along and `deg` about each axis."""
-        turn = np.radians(self.normal(f"{name}_deg", deg, 3))
-        return from_rvec(turn, self.normal(f"{name}_mm", mm, 3) / 1e3)
-
-    def placed(self, name: str) -> SE3:
-        """A small motion in the plane of the table."""
-        x, y = self.normal(f"{name}_mm", self.t.placement_mm, 2) / 1e3
-        turn = np.radians(self.normal(f"{name}_deg", self.t.placement_deg, 1)[0])
-        return from_xyz_rpy([x, y, 0], [0, 0, turn])
-
-    def geometry(self) -> Geometry:
-        n, t = self.nominal, self.t
-        design = designed(n)
-        bias = np.array([t.mount_bias_x_mm, 0, t.mount_bias_z_mm]) / 1e3
-        mount = SE3(np.eye(3), bias) * n.T_flange_camera
-        return Geometry(
-            joint_corrections=tuple(
-                self.motion(f"link_{i}", t.link_mm, t.axis_deg) for i in range(n.arm.dof + 1)
-            ),
-            joint_offsets=np.radians(self.normal("joint_zero", t.joint_zero_deg, n.arm.dof)),
-            T_flange_camera=mount * self.motion("mount", t.mount_mm, t.mount_deg),
-            T_flange_armtarget=n.T_flange_armtarget
-            * self.motion("bracket", t.bracket_mm, t.bracket_deg),
-            T_base_tabletarget=n.T_base_tabletarget * self.placed("tabletarget"),
-            T_base_tripod=n.T_base_tripod * self.motion("tripod", t.tripod_mm, t.tripod_deg),
-            T_base_board=n.T_base_board * self.placed("board"),
-            Ts_board_marker={id: T * self.marker(id) for id, T in design.Ts_board_marker.items()},
-            cameras={name: self.camera(name, camera) for name, camera in n.cameras.items()},
-        )
-
-    def marker(self, id: str) -> SE3:
-        x, y = self.normal(f"marker_{id}_mm", self.t.marker_mm, 2) / 1e3
-        turn = np.radians(self.normal(f"marker_{id}_deg", self.t.marker_deg, 1)[0])
-        return from_xyz_rpy([x, y, 0], [0, 0, turn])
-
-    def camera(self, name: CameraName, design: Camera) -> Camera:
-        t = self.t
-        K = np.array(design.K)
-        K[[0, 1], [0, 1]] *= 1 + self.normal(f"{name}_focal", t.focal_percent / 100, 1)[0]
-        K[:2, 2] += self.normal(f"{name}_principal", t.principal_px, 2)
-        k1 = t.k1 + self.normal(f"{name}_k1", t.k1_sigma, 1)[0]
-        return Camera(K, design.width, design.height, np.array([k1, 0, 0, 0, 0]))
+def plain_surfaces() -> Surfaces:
+    """Parts and prints as designed: clean, matt."""
+    return Surfaces(heights={}, brightness={})

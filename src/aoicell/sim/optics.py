@@ -44,11 +44,3 @@ def _pixel_grid(width: int, height: int) -> Array:
     """All pixels (H * W, 2) as (u, v), row by row."""
     u, v = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
     return np.column_stack([u.ravel(), v.ravel()])
-
-
-def add_noise(image: Image, sigma_grey: float, rng: np.random.Generator) -> Image:
-    """The picture with normal noise of `sigma_grey` in each value, rounded and clipped."""
-    if sigma_grey == 0:
-        return image
-    noise = sigma_grey * rng.standard_normal(image.shape, dtype=np.float32)
-    return np.clip(np.rint(image + noise), 0, 255).astype(np.uint8)

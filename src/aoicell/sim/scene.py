@@ -13,7 +13,7 @@ import numpy as np
 from aoicell.errors import ModelError
 from aoicell.nominal import Nominal
 from aoicell.observation import CameraName
-from aoicell.sim.as_built import Geometry
+from aoicell.sim.as_built import Geometry, Light, Surfaces
 from aoicell.sim.board_scene import add_board
 from aoicell.sim.solids import add_printed_plate, set_pose
 from aoicell.targets.chessboard import Chessboard
@@ -42,7 +42,9 @@ def visible() -> mujoco.MjvOption:
     return option
 
 
-def build_model(nominal: Nominal, geometry: Geometry, pinholes: Sizes) -> mujoco.MjModel:
+def build_model(
+    nominal: Nominal, geometry: Geometry, pinholes: Sizes, light: Light, surfaces: Surfaces
+) -> mujoco.MjModel:
     """Compile the cell. `pinholes` gives width, height (px) and focal length (px) by camera.
 
     Raises ModelError naming the file that is missing or broken.

@@ -5,7 +5,7 @@ import numpy as np
 
 from aoicell.nominal import Nominal
 from aoicell.observation import Image
-from aoicell.sim.as_built import designed
+from aoicell.sim.as_built import Light, designed, plain_surfaces
 from aoicell.sim.backend import make_renderer
 from aoicell.sim.scene import ARM, build_model, optical_to_mujoco, visible
 from aoicell.transforms import SE3, to_quat_wxyz
@@ -21,7 +21,8 @@ class NominalTwin:
         self._nominal = nominal
         camera = nominal.cameras["hand"]
         pinhole = (camera.width, camera.height, camera.focal_px)
-        self._model = build_model(nominal, designed(nominal), {"hand": pinhole, "tripod": pinhole})
+        self._model = build_model(nominal, designed(nominal), {"hand": pinhole, "tripod": pinhole},
+            Light(), plain_surfaces())  # fmt: skip
         self._data = mujoco.MjData(self._model)
         self._camera = self._model.camera("hand").id
         self._model.cam_bodyid[self._camera] = 0

@@ -8,12 +8,15 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aoicell.camera import Camera
 from aoicell.nominal import Nominal
-from aoicell.observation import CameraName, Image, Observation, to_grey
-from aoicell.sim.as_built import AsBuilt, stream
+from aoicell.observation import CameraName, Image, Observation
+from aoicell.sim.arrivals import Arrivals
+from aoicell.sim.as_built import AsBuilt
 from aoicell.sim.backend import make_renderer
-from aoicell.sim.optics import Lens, add_noise
+from aoicell.sim.drawing import stream
 from aoicell.sim.scene import ARM, build_model, visible
+from aoicell.sim.sensor import CameraModel, Conditions
 from aoicell.transforms import SE3, Array, apply, to_quat_wxyz
 
 
@@ -36,13 +39,23 @@ class World:
     def __init__(self, nominal: Nominal, as_built: AsBuilt) -> None:
         self.nominal, self.as_built = nominal, as_built
         self.geometry = as_built.geometry
-        self._lenses = {name: Lens(camera) for name, camera in self.geometry.cameras.items()}
-        pinholes = {name: lens.pinhole for name, lens in self._lenses.items()}
-        self.model = build_model(nominal, self.geometry, pinholes)
+        self._cameras = {
+            name: CameraModel(camera, as_built.sensors[name], as_built.light)
+            for name, camera in self.geometry.cameras.items()
+        }
+        pinholes = {name: camera.pinhole for name, camera in self._cameras.items()}
+        self.model = build_model(
+            nominal, self.geometry, pinholes, as_built.light, as_built.surfaces
+        )
         self.data = mujoco.MjData(self.model)
+        self._scratch = mujoco.MjData(self.model)  # for questions about other postures
+        self._dofs = [self.model.joint(ARM + n).dofadr[0] for n in nominal.arm.joint_names]
         self._renderers: dict[CameraName, mujoco.Renderer] = {}
         self._truths: WeakKeyDictionary[Observation, Truth] = WeakKeyDictionary()
         self._joints = [self.model.joint(ARM + n).qposadr[0] for n in nominal.arm.joint_names]
+        self._arm = Arrivals(
+            nominal.arm, self.geometry.joint_offsets, as_built.arrival, self._gravity_torques
+        )
         self.T_base_board = self.geometry.T_base_board
         self.render_seconds = 0.0
         self.begin()
@@ -60,14 +73,16 @@ class World:
         q_command = np.array(q, dtype=float)  # a copy: the caller may go on with its own
         rng = self._stream(f"arrival_{self._arrivals}")
         self._arrivals += 1
-        # one sigma for all joints that gives the flange the stated spread per axis on average
-        J = self.nominal.arm.jacobian(q_command)[:3]
-        lever = float(np.sqrt((J**2).sum() / 3))
-        scatter = self.as_built.repeatability_sigma / lever
         self.q_command = q_command
-        noise = scatter * rng.standard_normal(len(q_command))
-        self.data.qpos[self._joints] = q_command + self.geometry.joint_offsets + noise
+        self._arm.arrive(q_command, rng)
+        self.data.qpos[self._joints] = self._arm.at_picture()
         self._update()
+
+    def _gravity_torques(self, q: Array) -> Array:
+        """Torque (N m) of each joint that holds the arm against gravity at joint angles q."""
+        self._scratch.qpos[self._joints] = q
+        mujoco.mj_forward(self.model, self._scratch)
+        return np.array(self._scratch.qfrc_bias[self._dofs])
 
     def place_board(self, T_base_board: SE3) -> None:
         """Put the server board somewhere else."""
@@ -104,11 +119,34 @@ class World:
     def picture(self, camera: CameraName, colour: bool = False) -> Image:
         """A raw picture, grey (H, W) or RGB (H, W, 3), with the lens and noise of this cell."""
         pinhole = self.pinhole_picture(camera)
-        if not colour:
-            pinhole = to_grey(pinhole)
         rng = self._stream(f"picture_{self._pictures}")
         self._pictures += 1
-        return add_noise(self._lenses[camera].expose(pinhole), self.as_built.noise_grey, rng)
+        return self._cameras[camera].expose(pinhole, self._conditions(camera, colour), rng)
+
+    def _conditions(self, camera: CameraName, colour: bool) -> Conditions:
+        T_base_camera, surface = self.T_base_body(camera), self.T_base_board.translation[2]
+        drop = -T_base_camera.rotation[2, 2]  # downward part of the optical axis
+        distance = float((T_base_camera.translation[2] - surface) / max(drop, 0.1))
+        motion = self._motion_px(distance) if camera == "hand" else (0.0, 0.0)
+        return Conditions(distance, motion, self.warm_up, colour)
+
+    def _motion_px(self, distance: float) -> tuple[float, float]:
+        """How far the picture moves during an exposure, at a distance (m)."""
+        twist = self.nominal.arm.jacobian(self.q_command) @ self._arm.rates_at_picture()
+        T_camera_flange = self.geometry.T_flange_camera.inverse()
+        at_axis = T_camera_flange.inverse().act(np.array([0, 0, distance]))
+        velocity = T_camera_flange.rotation @ (twist[:3] + np.cross(twist[3:], at_axis))
+        scale = self.camera("hand").focal_px / distance * self.as_built.sensors["hand"].exposure
+        return float(-velocity[0] * scale), float(-velocity[1] * scale)
+
+    @property
+    def warm_up(self) -> float:
+        """How far the camera has warmed up, 0 at calibration to 1: ten trials take it to 63 %."""
+        return 1 - float(np.exp(-(self._trial + 1) / 10))
+
+    def camera(self, name: CameraName) -> Camera:
+        """The true intrinsics right now."""
+        return self._cameras[name].camera(self.warm_up)
 
     def pinhole_picture(self, camera: CameraName) -> Image:
         """MuJoCo's bare picture, before the lens."""
@@ -131,7 +169,7 @@ class World:
 
     def project(self, ps_board: ArrayLike) -> Array:
         """True pixels (N, 2) in the hand camera's raw picture of points (N, 3) on the board."""
-        return self.geometry.cameras["hand"].project(ps_board, self.truth().T_camera_board)
+        return self.camera("hand").project(ps_board, self.truth().T_camera_board)
 
     def marker_points(self, id: str, ps_marker: ArrayLike) -> Array:
         """True places (N, 3) on the board of points (N, 3) in a marker's frame."""
@@ -148,6 +186,8 @@ class World:
 
     def _renderer(self, camera: CameraName) -> mujoco.Renderer:
         if camera not in self._renderers:
-            width, height, _ = self._lenses[camera].pinhole
-            self._renderers[camera] = make_renderer(self.model, width, height)
+            width, height, _ = self._cameras[camera].pinhole
+            self._renderers[camera] = make_renderer(
+                self.model, width, height, self.as_built.light.shadows
+            )
         return self._renderers[camera]
