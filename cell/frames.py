@@ -97,14 +97,14 @@ class Inset:
 TRIADS = (
     Triad("world", 0.20, -75, 45),
     Triad("base", 0.20, -80, -25),
-    Triad("tripod", 0.16, 85, 0),
+    Triad("tripod", 0.18, 85, 0),
     Triad("tabletarget", 0.12, 130, 0),
     Triad("board", 0.12, 95, 60),
 )
 LINKS = (
     Link("world", "base", -0.25, 0.5, -104, 8),
     Link("base", "flange", -0.12, 0.55, -108, 24),
-    Link("base", "tripod", 0.08, 0.72, -100, 0),
+    Link("base", "tripod", 0.0, 0.72, -110, -8),
     Link("base", "tabletarget", 0.08, 0.8, 105, 72),
     Link("base", "board", 0.0, 0.4, 36, 68),
     Link("camera", "board", -0.16, 0.4, 96, 0),
@@ -133,7 +133,7 @@ def main() -> None:
     frames = true_frames(world, nominal)
     overview = take(world)
     near = [(inset, take(world, inset.camera(frames))) for inset in (HAND, BOARD)]
-    compose(frames, overview, near).savefig(HERE / "frames.png")
+    compose(frames, overview, near).savefig(HERE / "frames.png", pil_kwargs={"optimize": True})
 
 
 def true_frames(world: World, nominal: Nominal) -> dict[str, SE3]:

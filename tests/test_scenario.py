@@ -178,7 +178,7 @@ def test_the_path_of_the_key_is_that_of_the_file(tmp_path: Path, text: str, expe
     [
         NAME + 'seed = "3"',
         NAME + "seed = true",
-        NAME + "[knobs]\nk1 = true",
+        NAME + "[knobs]\nmarker_mm = true",
         NAME + 'methods = ["paper", "paper"]',
         NAME + "[displacement]\nshift_mm = { min = -5, max = 3 }",
         NAME + "[displacement]\nshift_mm = { min = 0, max = 1e9 }",

@@ -99,7 +99,7 @@ def measured_layout(
         return np.concatenate(parts)
 
     start = np.zeros(3 * len(free) + 6 * len(sightings))
-    solution = least_squares(residuals, start, x_scale="jac")
+    solution = least_squares(residuals, start, method="lm", x_scale="jac")
     return moved(solution.x)
 
 

@@ -1,23 +1,16 @@
-"""Cells that are calibrated and taught once in a test run: a plugin with session fixtures."""
+"""Cells that are calibrated and taught once in a test run: a plugin with session fixtures.
 
-import io
-import json
-import sys
+A test module asks for them with `pytest_plugins = ["helpers.sessions"]`.
+"""
+
 from collections.abc import Iterator
-from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
-from unittest.mock import patch
 
 import pytest
 
-from aoicell import cli
 from aoicell.benchmark.trial import Session, prepare
 from aoicell.nominal import Nominal
 from aoicell.pipeline import (
     METHODS,
-    CalibrationPictures,
     calibrate,
     photograph_board,
     photograph_targets,
@@ -30,15 +23,8 @@ from aoicell.sim.drawing import draw
 from aoicell.sim.profiles import IDEAL
 from aoicell.sim.world import World
 
-from .fence import fenced
-
-
-@dataclass(frozen=True)
-class Rehearsal:
-    """A session whose every picture was taken through the fence, and the pictures."""
-
-    session: Session
-    pictures: CalibrationPictures
+from helpers.fence import fenced
+from helpers.running import Rehearsal, Run, run_cli
 
 
 @pytest.fixture(scope="session")
@@ -80,35 +66,6 @@ def paper_session(nominal: Nominal) -> Iterator[Session]:
     session = prepare(scenario.model_copy(update=changes), nominal, 0)
     yield session
     session.world.close()
-
-
-@dataclass(frozen=True)
-class Run:
-    """A finished command: its folder, what it printed, its exit code."""
-
-    folder: Path
-    stdout: str
-    stderr: str
-    code: int
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        return dict(json.loads(self.stdout))
-
-
-def run_cli(*arguments: str | Path, folder: Path = Path()) -> Run:
-    """The command line in this process, as a shell would see it."""
-    out, err, code = io.StringIO(), io.StringIO(), 0
-    with (
-        patch.object(sys, "argv", ["aoicell", *map(str, arguments)]),
-        redirect_stdout(out),
-        redirect_stderr(err),
-    ):
-        try:
-            cli.main()
-        except SystemExit as done:
-            code = int(done.code or 0)
-    return Run(folder, out.getvalue(), err.getvalue(), code)
 
 
 @pytest.fixture(scope="session")

@@ -43,10 +43,9 @@ class Arm:
         """
         arm = copy(self)
         arm._model = self._model.copy()
-        for placement, shift in zip(
-            arm._model.jointPlacements[1:], np.asarray(joint_shifts), strict=True
-        ):
-            placement.translation += shift
+        for joint, shift in enumerate(np.asarray(joint_shifts, dtype=float), start=1):
+            origin = self._model.jointPlacements[joint]
+            arm._model.jointPlacements[joint] = SE3(origin.rotation, origin.translation + shift)
         arm._data = arm._model.createData()
         arm._offsets = self._offsets + np.asarray(joint_offsets, dtype=float)
         return arm
@@ -68,6 +67,18 @@ class Arm:
                 self._model, self._data, np.asarray(q) + self._offsets, self._flange, pin.LOCAL
             )
         )
+
+    def origin_jacobian(self, q: ArrayLike) -> Array:
+        """Flange twist in flange axes (m, rad) per shift (m) of each joint's origin, (6, 3 dof).
+
+        The shifts are those of `corrected`: along the axes of the joint's parent.
+        """
+        R_flange_base = self.fk(q).rotation.T
+        J = np.zeros((6, 3 * self.dof))
+        for joint in range(1, self.dof + 1):
+            parent = self._data.oMi[self._model.parents[joint]]
+            J[:3, 3 * joint - 3 : 3 * joint] = R_flange_base @ parent.rotation
+        return J
 
     def limit_margin(self, q: ArrayLike) -> float:
         """Smallest angle (rad) to a joint limit; negative outside."""

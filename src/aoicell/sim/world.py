@@ -22,10 +22,14 @@ from aoicell.transforms import SE3, Array, apply, to_quat_wxyz
 
 @dataclass(frozen=True)
 class Truth:
-    """What was true at the instant of a picture."""
+    """What was true at the instant of a picture; `picture` counts them within a trial."""
 
     T_base_camera: SE3
     T_base_board: SE3
+    T_base_armtarget: SE3
+    camera: Camera
+    trial: int
+    picture: int
 
     @property
     def T_camera_board(self) -> SE3:
@@ -66,7 +70,7 @@ class World:
 
         Methods that are compared call it each, so that they share their random numbers.
         """
-        self._trial, self._arrivals, self._pictures = trial, 0, 0
+        self._trial, self._arrivals, self._pictures, self._observations = trial, 0, 0, 0
 
     def arrive(self, q: ArrayLike) -> None:
         """Bring the arm to the commanded joint angles q (rad), as exactly as it can."""
@@ -105,7 +109,14 @@ class World:
 
     def truth(self) -> Truth:
         """What is true right now, for the hand camera."""
-        return Truth(self.T_base_body("hand"), self.T_base_board)
+        return Truth(
+            T_base_camera=self.T_base_body("hand"),
+            T_base_board=self.T_base_board,
+            T_base_armtarget=self.T_base_body("armtarget"),
+            camera=self.camera("hand"),
+            trial=self._trial,
+            picture=self._observations,
+        )
 
     def truth_of(self, observation: Observation) -> Truth:
         """What was true when this observation of this world was made."""
@@ -114,6 +125,7 @@ class World:
     def observe(self, observation: Observation) -> Observation:
         """Remember the truth behind an observation that was just made."""
         self._truths[observation] = self.truth()
+        self._observations += 1
         return observation
 
     def picture(self, camera: CameraName, colour: bool = False) -> Image:

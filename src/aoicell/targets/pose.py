@@ -39,8 +39,11 @@ def rms(residuals_px: Array) -> float:
     return float(np.sqrt((residuals_px**2).sum(axis=1).mean()))
 
 
-def _jacobian(points: Array, camera: Camera, T: SE3) -> Array:
-    """Pixels per small motion (rotation vector, translation) in camera axes, (2N, 6)."""
+def motion_jacobian(points: Array, camera: Camera, T: SE3) -> Array:
+    """Pixels of points (N, 3) of a frame at pose T in the camera, per small motion of that frame.
+
+    The motion is (rotation vector, translation) in camera axes; the result is (2N, 6).
+    """
     ps = apply(T, points)
     _, J = cv2.projectPoints(ps[:, None], np.zeros(3), np.zeros(3), camera.K, camera.distortion)
     J_point = np.asarray(J)[:, 3:6].reshape(-1, 2, 3)  # by translation = by the point itself
@@ -56,13 +59,13 @@ def refine_pose(
     ps, uv = np.asarray(points, dtype=float), np.asarray(uv_px, dtype=float)
     T = T_start
     for _ in range(steps):
-        J = _jacobian(ps, camera, T)
+        J = motion_jacobian(ps, camera, T)
         delta, *_ = np.linalg.lstsq(J, reprojection(ps, uv, camera, T).ravel(), rcond=None)
         turn = Rotation.from_rotvec(delta[:3]).as_matrix()
         T = SE3(turn @ T.rotation, T.translation + delta[3:])
         if np.abs(delta).max() < 1e-12:
             break
-    J = _jacobian(ps, camera, T)
+    J = motion_jacobian(ps, camera, T)
     return T, J.T @ J
 
 

@@ -1,0 +1,64 @@
+"""The nominal twin draws the cell as designed: the same picture as an exact cell's."""
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+import pytest
+
+from aoicell.nominal import Nominal
+from aoicell.observation import to_grey
+from aoicell.sim.cell import SimCell
+from aoicell.sim.twin import NominalTwin
+from aoicell.sim.world import World
+from aoicell.transforms import Array, rotation, translation
+
+TaughtPoses = Callable[[Nominal], Mapping[str, Array]]
+
+
+@pytest.fixture(scope="module")
+def twin(nominal: Nominal) -> Iterator[NominalTwin]:
+    twin = NominalTwin(nominal)
+    yield twin
+    twin.close()
+
+
+def test_it_has_no_seed_and_sees_no_truth() -> None:
+    assert list(inspect.signature(NominalTwin).parameters) == ["nominal"]
+    assert list(inspect.signature(NominalTwin.render).parameters) == [
+        "self", "T_base_camera", "T_base_board",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("view", ["overview", "V2", "V4"])
+def test_it_draws_what_an_exact_cell_photographs(
+    twin: NominalTwin,
+    ideal_world: World,
+    nominal: Nominal,
+    taught_poses: TaughtPoses,
+    view: str,
+) -> None:
+    ideal_world.arrive(taught_poses(nominal)[view])
+    ideal_world.place_board(
+        translation(0.02, -0.01) * nominal.T_base_board * rotation("z", np.radians(5))
+    )
+    real = SimCell(ideal_world, colour=True).capture().image
+    truth = ideal_world.truth()
+    virtual = twin.render(truth.T_base_camera, truth.T_base_board)
+    assert virtual.shape == real.shape
+    assert virtual.dtype == np.uint8
+    difference = np.abs(virtual.astype(int) - real.astype(int)).max(axis=2)
+    assert (difference > 4).mean() < 1e-3
+    assert difference.mean() < 0.5
+
+
+def test_the_board_is_where_it_is_said_to_be(
+    twin: NominalTwin, nominal: Nominal
+) -> None:
+    T_base_board = translation(0.03, 0.02) * nominal.T_base_board * rotation("z", 0.2)
+    T_base_camera = T_base_board * nominal.T_board_positioning * nominal.check.T_target_camera
+    (uv,) = nominal.marker.detect(to_grey(twin.render(T_base_camera, T_base_board)))
+    T_camera_marker = T_base_camera.actInv(T_base_board * nominal.T_board_positioning)
+    expected = nominal.cameras["hand"].project(nominal.marker.crosses, T_camera_marker)
+    gaps = [np.abs(np.roll(uv, k, axis=0) - expected).max() for k in range(4)]
+    assert min(gaps) < 0.05
