@@ -8,6 +8,7 @@ from aoicell.benchmark.records import MarkerRecord, ViewRecord
 from aoicell.observation import Observation
 from aoicell.sim.world import Truth, World
 from aoicell.targets.cross_marker import turned
+from aoicell.targets.detector import Detector
 from aoicell.transforms import SE3, Array, apply, distance_deg
 
 
@@ -29,7 +30,9 @@ def visible_points(world: World, taught: Truth) -> Array:
     return tops[inside]
 
 
-def score_view(world: World, id: str, standard: Observation, new: Observation) -> ViewRecord:
+def score_view(
+    world: World, id: str, standard: Observation, new: Observation, detector: Detector
+) -> ViewRecord:
     """One view, at component points and at the markers that it shows."""
     before, after = world.truth_of(standard), world.truth_of(new)
     points = visible_points(world, before)
@@ -41,23 +44,26 @@ def score_view(world: World, id: str, standard: Observation, new: Observation) -
         lateral_mm=float(np.linalg.norm(vectors[:, :2], axis=1).mean()),
         depth_mm=float(np.abs(vectors[:, 2]).mean()),
         deg=distance_deg(before.T_camera_board, after.T_camera_board),
-        markers=_score_markers(world, standard, new),
+        markers=_score_markers(world, standard, new, detector),
         T_base_camera_taught=before.T_base_camera.homogeneous.tolist(),
         T_base_camera_new=after.T_base_camera.homogeneous.tolist(),
     )
 
 
-def _score_markers(world: World, standard: Observation, new: Observation) -> list[MarkerRecord]:
+def _score_markers(
+    world: World, standard: Observation, new: Observation, detector: Detector
+) -> list[MarkerRecord]:
     """Every marker that lies in the standard image as a whole."""
     marker = world.nominal.marker
     camera = world.camera("hand")
     before, after = world.truth_of(standard).T_camera_board, world.truth_of(new).T_camera_board
-    found_before, found_after = marker.detect(standard.grey), marker.detect(new.grey)
+    found_before = detector.markers(standard, marker)
+    found_after = detector.markers(new, marker)
     records = []
     for id in world.geometry.Ts_board_marker:
         if not camera.sees(world.marker_points(id, marker.outline), before):
             continue
-        crosses = world.marker_points(id, marker.crosses)
+        crosses = world.marker_crosses(id)
         uv_before, uv_after = camera.project(crosses, before), camera.project(crosses, after)
         seen_before, seen_after = _reading(found_before, uv_before), _reading(found_after, uv_after)
         depth = float(apply(before, crosses)[:, 2].mean())

@@ -9,7 +9,7 @@ from aoicell.benchmark.records import HandEyeRecord, TrialRecord, WorldRecord
 from aoicell.benchmark.scoring import arm_floor_mm, score_view
 from aoicell.errors import Refused
 from aoicell.nominal import Nominal
-from aoicell.observation import Observation
+from aoicell.observation import Cell, Observation
 from aoicell.pipeline import (
     METHODS,
     Calibration,
@@ -26,7 +26,9 @@ from aoicell.registration import Template
 from aoicell.scenario import Displacement, Range, Scenario
 from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw, stream
+from aoicell.sim.projection import PicturelessCell, ProjectingDetector, measured_noise
 from aoicell.sim.world import World
+from aoicell.targets.detector import IN_PICTURES, Detector
 from aoicell.transforms import (
     SE3,
     angle_of,
@@ -44,7 +46,8 @@ class Session:
     scenario: Scenario
     nominal: Nominal
     world: World
-    cell: SimCell
+    cell: Cell
+    detector: Detector
     calibrations: dict[str, Calibration]
     taught: TaughtPictures
     templates: dict[str, Template]
@@ -63,14 +66,22 @@ def prepare(scenario: Scenario, nominal: Nominal, world_index: int) -> Session:
     """Build a world, calibrate it and teach the board, for all methods of the scenario."""
     as_built = draw(nominal, scenario.tolerances, scenario.seed, world_index)
     world = World(nominal, as_built)
-    cell = SimCell(world, colour=scenario.store.colour)
+    cell, detector = _senses(scenario, world)
     methods = [METHODS[name] for name in scenario.methods]
-    calibrations = calibrate(photograph_targets(cell, nominal), nominal, methods)
+    calibrations = calibrate(photograph_targets(cell, nominal), nominal, methods, detector)
     taught = photograph_board(cell, nominal)
-    templates = {m.name: teach(taught, calibrations[m.name], nominal, m) for m in methods}
+    templates = {m.name: teach(taught, calibrations[m.name], nominal, m, detector) for m in methods}
     return Session(
-        scenario, nominal, world, cell, calibrations, taught, templates, world.T_base_board
-    )
+        scenario, nominal, world, cell, detector, calibrations, taught, templates,
+        world.T_base_board,
+    )  # fmt: skip
+
+
+def _senses(scenario: Scenario, world: World) -> tuple[Cell, Detector]:
+    """The cell and how targets are found in it: in pictures, or by projection."""
+    if scenario.pictures:
+        return SimCell(world, colour=scenario.store.colour), IN_PICTURES
+    return PicturelessCell(world), ProjectingDetector(world, measured_noise(scenario.tolerances))
 
 
 def describe(session: Session) -> WorldRecord:
@@ -153,7 +164,9 @@ def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialRe
         picture = look(session.cell, template)
         start = time.perf_counter()
         calibration = session.calibrations[name]
-        correction = relocate(picture, template, calibration, session.nominal, METHODS[name])
+        correction = relocate(
+            picture, template, calibration, session.nominal, METHODS[name], session.detector
+        )
         seconds = time.perf_counter() - start
         shift = correction.shift_mm
         images = visit(session.cell, correction)
@@ -174,7 +187,7 @@ def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialRe
         T_base_board_taught=T_taught.homogeneous.tolist(),
         T_base_board_now=world.T_base_board.homogeneous.tolist(),
         views=[
-            score_view(world, view.id, view.standard, images[view.id])
+            score_view(world, view.id, view.standard, images[view.id], session.detector)
             for view in template.views
             if view.id in images
         ],
