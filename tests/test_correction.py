@@ -62,7 +62,7 @@ def test_the_rotation_and_the_shift_are_in_the_bases_axes() -> None:
     T_base_camera = from_xyz_rpy([0.3, 0.8, 0.9], [np.pi, 0, 0.2])
     T_base_marker = from_xyz_rpy([0.25, 0.75, 0.41], [0, 0, np.pi / 2])
     centre = T_base_marker.translation
-    known = translation(*(centre + [0.05, 0, 0])) * rotation("x", 0.2) * translation(*-centre)
+    known = translation(0.05) * translation(*centre) * rotation("x", 0.2) * translation(*-centre)
     T_S, T_N = T_base_camera.actInv(T_base_marker), T_base_camera.actInv(known * T_base_marker)
     motion = motion_by_equations(T_S, T_N, T_base_camera)
     np.testing.assert_allclose(motion.homogeneous, known.homogeneous, atol=1e-12)

@@ -121,7 +121,6 @@ def test_a_marker_out_of_the_taught_picture_is_named(
         )  # fmt: skip
 
 
-@pytest.mark.xfail(raises=ValueError, reason="measured_layout concatenates nothing")
 def test_measuring_without_any_marker_in_sight_is_refused(
     nominal: Nominal, taught: TaughtPictures
 ) -> None:

@@ -1,4 +1,4 @@
-"""Nothing that estimates may see the truth: the session went through a fence, and holds no world."""
+"""Nothing that estimates may see the truth: all went through a fence, and holds no world."""
 
 import gc
 from collections.abc import Iterable
@@ -6,13 +6,13 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 import pytest
+from helpers.fence import PROTOCOL, fenced
+from helpers.running import Rehearsal
 
 from aoicell.pipeline import METHODS, look, relocate, visit
 from aoicell.sim.as_built import AsBuilt
 from aoicell.sim.cell import SimCell
 from aoicell.sim.world import Truth, World
-from helpers.fence import PROTOCOL, fenced
-from helpers.running import Rehearsal
 
 pytest_plugins = ["helpers.sessions"]
 

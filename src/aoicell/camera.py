@@ -48,16 +48,26 @@ class Camera:
         ps = np.asarray(points, dtype=float).reshape(-1, 3)
         if T_camera_frame is not None:
             ps = apply(T_camera_frame, ps)
-        uv, _ = cv2.projectPoints(ps[:, None], np.zeros(3), np.zeros(3), self.K, self.distortion)
-        return np.asarray(uv, dtype=float)[:, 0]
+        projected, _ = cv2.projectPoints(
+            ps[:, None], np.zeros(3), np.zeros(3), self.K, self.distortion
+        )
+        uv = np.asarray(projected, dtype=float)[:, 0]
+        uv[:, 0] += self._skew_px(uv)
+        return uv
 
     def unproject(self, uv_px: ArrayLike) -> Array:
         """Normalised image points (N, 2), z = 1, of raw pixels (N, 2)."""
-        uv = np.asarray(uv_px, dtype=float).reshape(-1, 1, 2)
+        uv = np.array(uv_px, dtype=float).reshape(-1, 1, 2)
+        uv[:, 0, 0] -= self._skew_px(uv[:, 0])
         # OpenCV's default of five fixed-point steps leaves 0.01 px at the corners
         criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-8)
         xy = cv2.undistortPointsIter(uv, self.K, self.distortion, np.eye(3), np.eye(3), criteria)
         return np.asarray(xy, dtype=float)[:, 0]
+
+    def _skew_px(self, uv_px: Array) -> Array:
+        """What skew adds to u (N,) of pixels (N, 2): OpenCV's functions take no notice of it."""
+        skew: Array = self.K[0, 1] / self.K[1, 1] * (uv_px[:, 1] - self.K[1, 2])
+        return skew
 
     def undistort(self, uv_px: ArrayLike) -> Array:
         """Pixels (N, 2) that an ideal pinhole with the same K would show."""

@@ -12,22 +12,32 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 
 from aoicell import __version__
+from aoicell.benchmark.budget import as_rows, run_budget
 from aoicell.benchmark.environment import describe_environment
 from aoicell.benchmark.runner import run_scenario
 from aoicell.benchmark.store import RunStore
+from aoicell.benchmark.workers import local_workers
 from aoicell.doctor import diagnose
 from aoicell.errors import AoicellError, InputError, did_you_mean
 from aoicell.nominal import load_nominal
+from aoicell.report.budget import budget_chart, budget_table, conclusion, reproduction_chart
 from aoicell.report.figures import write_figures
 from aoicell.report.paper import contradictions
+from aoicell.report.style import save
 from aoicell.report.tables import hand_eye_table, residual_table, summary_table
 from aoicell.resources import data_root, find
 from aoicell.scenario import Scenario, load_scenario
-from aoicell.sim.profiles import PROFILES
+from aoicell.sim.profiles import PROFILES, SOURCES
 from aoicell.sim.tolerances import Tolerances
 
 app = typer.Typer(no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False)
@@ -93,7 +103,7 @@ def run(
 
 def _run(scenario: Scenario, folder: Path, as_json: bool) -> None:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True) as bar:
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
         task = bar.add_task("starting", total=scenario.trials)
 
         def progress(what: str, done: int, total: int) -> None:
@@ -118,6 +128,48 @@ def _print_run(scenario: Scenario, summary: dict[str, Any], store: RunStore) -> 
             out.print(residual_table(trials, method))
     out.print(summary_table(summary, trials))
     out.print(contradictions(), highlight=False)
+
+
+@app.command()
+def budget(
+    scenario: Annotated[str, typer.Argument(help="A scenario file or name.")] = "error_budget",
+    draws: Annotated[int | None, typer.Option(help="Cells drawn for each case.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all draws.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes [one a core].")] = None,
+    directory: OutDir = None,
+    as_json: AsJson = False,
+) -> None:
+    """The error budget: each source alone, all but each, all together.
+
+    Example: aoicell budget --draws 20
+    """
+    path = Path(scenario) if Path(scenario).is_file() else find("scenarios", scenario)
+    resolved = load_scenario(path, worlds=draws, seed=seed)
+    folder = directory or Path("runs") / resolved.name
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with (
+        local_workers(workers) as pool,
+        Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar,
+    ):
+        task = bar.add_task("cells", total=None)
+        table = run_budget(
+            resolved, pool, lambda done, total: bar.update(task, completed=done, total=total)
+        )
+    text = conclusion(table, resolved.methods)
+    RunStore(folder).create(resolved, {**describe_environment(), "seed": resolved.seed})
+    rows = {"schema": 1, "seed": resolved.seed, "profile": resolved.profile,
+            "draws": resolved.worlds, "conclusion": text, "rows": as_rows(table)}  # fmt: skip
+    RunStore(folder).write_json("budget.json", rows)
+    figures = folder / "figures"
+    save(budget_chart(table, resolved.methods), figures / "budget")
+    if "paper" in resolved.methods:
+        save(reproduction_chart(table), figures / "reproduction")
+    if as_json:
+        print(json.dumps(rows))
+    else:
+        out.print(budget_table(table, resolved.methods))
+        out.print(text, highlight=False)
+    err.print(f"table and charts are in {folder}", highlight=False)
 
 
 @app.command()
@@ -156,7 +208,12 @@ def _print_profile(name: str, as_json: bool) -> None:
     if as_json:
         print(json.dumps(values))
         return
-    table = Table("knob", "value", "what it is", title=f"Profile {name}")
+    table = Table("knob", "value", "distribution", "what", "source", title=f"Profile {name}")
     for knob, field in Tolerances.model_fields.items():
-        table.add_row(knob, f"{values[knob]:g}", field.description)
+        value, source = SOURCES[name].get(knob, (0.0, ""))
+        extra = field.json_schema_extra
+        distribution = str(extra["distribution"]) if isinstance(extra, dict) else ""
+        table.add_row(
+            knob, f"{value:g}" if value else "off", distribution, field.description, source
+        )
     out.print(table)

@@ -75,7 +75,7 @@ def _overview_errors(nominal: Nominal, world: World) -> tuple[Array, Camera]:
     cell.move(nominal.arm.ik(T_base_flange, nominal.q_home, "overview"))
     picture, camera = cell.capture(), world.camera("hand")
     marker = nominal.marker
-    layout = {id: world.marker_points(id, marker.crosses) for id in design.Ts_board_marker}
+    layout = {id: world.marker_crosses(id) for id in design.Ts_board_marker}
     T_camera_board = world.truth().T_camera_board
     uvs = identify(marker.detect(picture.grey), layout, camera, T_camera_board)
     errors = [uv - camera.project(layout[id], T_camera_board) for id, uv in uvs.items()]

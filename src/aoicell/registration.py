@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 
 from aoicell.board import BoardDesign
 from aoicell.camera import Camera
+from aoicell.errors import TargetNotFound
 from aoicell.observation import Observation
 from aoicell.targets.cross_marker import CrossMarker
 from aoicell.targets.layout import Layout, LocatedLayout, identify, locate_layout
@@ -81,6 +82,11 @@ def measured_layout(
         uvs = identify(found, design, camera, expected)
         if uvs:
             sightings.append((uvs, _start_pose(uvs, design, camera)))
+    if not sightings:
+        raise TargetNotFound(
+            f"registration: no marker of the board is in any of {len(detections)} pictures "
+            f"(missing: {', '.join(design)}); bring the board into view of the taught poses"
+        )
     free = [id for id in design if id != fixed]
 
     def moved(x: Array) -> Layout:

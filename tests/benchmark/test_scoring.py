@@ -12,6 +12,7 @@ from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw
 from aoicell.sim.tolerances import Tolerances
 from aoicell.sim.world import World
+from aoicell.targets.detector import IN_PICTURES
 from aoicell.transforms import SE3, Array, apply, looking_at, rotation, translation
 
 TaughtPoses = Callable[[Nominal], Mapping[str, Array]]
@@ -41,10 +42,14 @@ def test_a_residual_points_from_where_it_was_to_where_it_is() -> None:
     points = np.array([[0, 0, 0], [0.1, 0, 0]])
     # the camera went 1 mm to the board's +x: the board goes to the picture's left
     moved = (translation(1e-3) * taught.inverse()).inverse()
-    np.testing.assert_allclose(residual_vectors(taught, moved, points), [[-1e-3, 0, 0]] * 2, atol=1e-15)
+    np.testing.assert_allclose(
+        residual_vectors(taught, moved, points), [[-1e-3, 0, 0]] * 2, atol=1e-15
+    )
     # 2 mm higher: farther away
     moved = (translation(z=2e-3) * taught.inverse()).inverse()
-    np.testing.assert_allclose(residual_vectors(taught, moved, points), [[0, 0, 2e-3]] * 2, atol=1e-15)
+    np.testing.assert_allclose(
+        residual_vectors(taught, moved, points), [[0, 0, 2e-3]] * 2, atol=1e-15
+    )
 
 
 def test_a_turn_acts_with_its_lever() -> None:
@@ -62,7 +67,7 @@ def scored(world: World, poses: Mapping[str, Array], motion: SE3) -> tuple[objec
     before = world.truth()
     world.place_board(before.T_base_camera * motion * before.T_camera_board)
     new = cell.capture()
-    record = score_view(world, "V2", standard, new)
+    record = score_view(world, "V2", standard, new, IN_PICTURES)
     return record, before.T_camera_board, world.truth().T_camera_board
 
 
@@ -100,9 +105,7 @@ def test_lateral_and_depth_are_those_of_the_camera(
 def test_a_turn_is_stated_in_degrees(
     ideal_world: World, nominal: Nominal, taught_poses: TaughtPoses
 ) -> None:
-    record, before, _ = scored(
-        ideal_world, taught_poses(nominal), rotation("z", np.radians(0.2))
-    )
+    record, before, _ = scored(ideal_world, taught_poses(nominal), rotation("z", np.radians(0.2)))
     assert record.deg == pytest.approx(0.2, abs=1e-6)
     points = apply(before, visible_points(ideal_world, ideal_world.truth()))
     assert record.lateral_mm == pytest.approx(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aoicell.calibration.poses import SETUP_MOTIONS
@@ -57,6 +57,7 @@ def assert_close(found: SE3, true: SE3) -> None:
     assert distance_deg(found, true) < EXACT
 
 
+@settings(max_examples=8)
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=5, max_size=10))
 def test_from_five_pictures_on_the_bracket_is_measured(
     nominal: Nominal, flips: list[tuple[bool, bool]]

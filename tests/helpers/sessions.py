@@ -22,7 +22,6 @@ from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw
 from aoicell.sim.profiles import IDEAL
 from aoicell.sim.world import World
-
 from helpers.fence import fenced
 from helpers.running import Rehearsal, Run, run_cli
 
@@ -57,13 +56,10 @@ def ideal_session(ideal_rehearsal: Rehearsal) -> Session:
 
 @pytest.fixture(scope="session")
 def paper_session(nominal: Nominal) -> Iterator[Session]:
-    """The demo's own world, with the methods in the other order and grey pictures."""
+    """The demo's own world, with the methods in the other order."""
     scenario = load_scenario(find("scenarios", "two_tests"))
-    changes = {
-        "methods": scenario.methods[::-1],
-        "store": scenario.store.model_copy(update={"colour": False}),
-    }
-    session = prepare(scenario.model_copy(update=changes), nominal, 0)
+    reversed_methods = {"methods": scenario.methods[::-1]}
+    session = prepare(scenario.model_copy(update=reversed_methods), nominal, 0)
     yield session
     session.world.close()
 
@@ -73,3 +69,9 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """`aoicell demo --json`, once."""
     folder = tmp_path_factory.mktemp("demo") / "run"
     return run_cli("demo", "--json", "--out", folder, folder=folder)
+
+
+@pytest.fixture(scope="session")
+def doctor_run() -> Run:
+    """`aoicell doctor --json`, once."""
+    return run_cli("doctor", "--json")

@@ -1,6 +1,8 @@
 """`SimCell` is the protocol and nothing else: the truth is not to be reached through it."""
 
+import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +10,11 @@ import pytest
 from aoicell.errors import Unreachable
 from aoicell.nominal import Nominal
 from aoicell.observation import Cell, Observation, capture_at
+from aoicell.robot.trajectories import plan
 from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw
 from aoicell.sim.profiles import IDEAL
+from aoicell.sim.tolerances import Tolerances
 from aoicell.sim.world import World
 from aoicell.transforms import Array, distance_mm, translation
 
@@ -69,6 +73,115 @@ def test_a_move_to_no_number_is_refused(ideal_world: World, nominal: Nominal) ->
     q[4] = np.nan
     with pytest.raises(Unreachable, match=nominal.arm.joint_names[4]):
         SimCell(ideal_world).move(q)
+
+
+# ---- the way to a pose --------------------------------------------------------------------------
+
+# Both are free of contact; the tripod's legs stand between them.
+BESIDE = np.radians([0, -20, 0, 0, -60, 0])
+BEYOND = np.radians([110, -20, 0, 0, -60, 0])
+
+
+def test_a_move_into_something_is_refused_before_it_starts(
+    paper_world: World, nominal: Nominal
+) -> None:
+    cell = SimCell(paper_world)
+    for q in (BEYOND, BESIDE):
+        paper_world.arrive(q)
+        assert paper_world.contacts() == []
+    before = (paper_world.T_base_body("hand"), paper_world.clock)
+    with pytest.raises(
+        Unreachable, match=r"armtarget would touch tripod_legs after 4\d% of"
+    ) as caught:
+        cell.move(BEYOND)
+    assert "\n" not in str(caught.value)
+    np.testing.assert_array_equal(cell.state().q, BESIDE)
+    assert (paper_world.T_base_body("hand"), paper_world.clock) == before
+
+
+def test_the_place_in_the_message_is_on_the_path(ideal_world: World, nominal: Nominal) -> None:
+    ideal_world.arrive(BESIDE)
+    with pytest.raises(Unreachable) as caught:
+        SimCell(ideal_world).move(BEYOND)
+    share = int(re.search(r"after (\d+)%", str(caught.value))[1]) / 100  # type: ignore[index]
+    place = re.search(r"at \((-?\d+), (-?\d+), (-?\d+)\) mm", str(caught.value))
+    q = BESIDE + share * (BEYOND - BESIDE)
+    expected = nominal.arm.fk(q).translation * 1e3
+    np.testing.assert_allclose([float(g) for g in place.groups()], expected, atol=15)  # type: ignore[union-attr]
+    ideal_world.arrive(q)
+    assert ("armtarget", "tripod_legs") in ideal_world.contacts()
+
+
+def test_a_refused_move_draws_nothing(paper_world: World, nominal: Nominal) -> None:
+    cell, found = SimCell(paper_world), []
+    for refused in (False, True):
+        paper_world.begin()
+        cell.move(BESIDE)
+        if refused:
+            with pytest.raises(Unreachable):
+                cell.move(BEYOND)
+        cell.move(nominal.q_home)
+        found.append(paper_world.T_base_body("hand").homogeneous.tobytes())
+    assert found[0] == found[1]
+
+
+def test_the_board_is_in_the_way_where_it_now_is(
+    ideal_world: World, taught_poses: TaughtPoses, nominal: Nominal
+) -> None:
+    cell, poses = SimCell(ideal_world), taught_poses(nominal)
+    cell.move(poses["V2"])
+    T_base_board = ideal_world.T_base_board
+    camera, board = ideal_world.T_base_body("hand").translation, T_base_board.translation
+    cell.move(poses["overview"])
+    ideal_world.place_board(translation(*(camera - board)) * T_base_board)
+    assert ideal_world.contacts() == []
+    with pytest.raises(Unreachable, match=r"\w+ would touch board after"):
+        cell.move(poses["V2"])
+    ideal_world.place_board(T_base_board)
+    cell.move(poses["V2"])
+
+
+def test_it_is_the_arm_as_built_that_must_not_touch(nominal: Nominal) -> None:
+    as_built = draw(nominal, IDEAL, seed=0)
+    offsets = np.radians([15, 0, 0, 0, 0, 0])
+    turned = replace(as_built.geometry, joint_offsets=offsets)
+    world = World(nominal, replace(as_built, geometry=turned))
+    free = BESIDE + 0.36 * (BEYOND - BESIDE)
+    world.arrive(BESIDE)
+    with pytest.raises(Unreachable, match="tripod_legs"):
+        SimCell(world).move(free)
+    world.arrive(free - offsets)
+    assert world.contacts() == []
+    world.close()
+
+
+def test_the_clock_counts_moves_pauses_and_exposures(nominal: Nominal) -> None:
+    knobs = Tolerances(wait_ms=300, exposure_ms=5)
+    world = World(nominal, draw(nominal, knobs, seed=0))
+    cell, q = SimCell(world), nominal.q_home + 0.1
+    assert world.clock == 0
+    cell.move(q)
+    travel = plan(nominal.arm, nominal.q_home, q).duration
+    assert 0.1 < travel < 1
+    assert world.clock == pytest.approx(travel + 0.3)
+    cell.capture()
+    assert world.clock == pytest.approx(travel + 0.305)
+    world.begin(3)
+    assert world.clock == 0
+    world.close()
+
+
+def test_every_trial_begins_at_home_and_with_no_past(
+    paper_world: World, nominal: Nominal, taught_poses: TaughtPoses
+) -> None:
+    cell, poses, found = SimCell(paper_world), taught_poses(nominal), []
+    for past in ("setup", "V2"):
+        cell.move(poses[past])
+        paper_world.begin(5)
+        np.testing.assert_array_equal(cell.state().q, nominal.q_home)
+        cell.move(poses["P_check"])
+        found.append(paper_world.T_base_body("hand").homogeneous.tobytes())
+    assert found[0] == found[1]
 
 
 def test_pictures_are_grey_or_coloured(ideal_world: World) -> None:

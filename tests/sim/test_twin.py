@@ -52,9 +52,7 @@ def test_it_draws_what_an_exact_cell_photographs(
     assert difference.mean() < 0.5
 
 
-def test_the_board_is_where_it_is_said_to_be(
-    twin: NominalTwin, nominal: Nominal
-) -> None:
+def test_the_board_is_where_it_is_said_to_be(twin: NominalTwin, nominal: Nominal) -> None:
     T_base_board = translation(0.03, 0.02) * nominal.T_base_board * rotation("z", 0.2)
     T_base_camera = T_base_board * nominal.T_board_positioning * nominal.check.T_target_camera
     (uv,) = nominal.marker.detect(to_grey(twin.render(T_base_camera, T_base_board)))

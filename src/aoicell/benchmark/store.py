@@ -1,6 +1,7 @@
 """The run directory: resolved scenario, trials in SQLite, summary, environment, images."""
 
 import json
+import shutil
 import sqlite3
 from collections.abc import Mapping
 from contextlib import closing
@@ -40,8 +41,20 @@ class RunStore:
         self._database = folder / "trials.sqlite"
 
     def create(self, scenario: Scenario, environment: Mapping[str, Any]) -> None:
-        """Start an empty run; what an earlier run left under the same name is replaced."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        """Start an empty run; what an earlier run left under the same name is replaced.
+
+        Raises InputError when a file stands in the way.
+        """
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{self.folder}: no run directory can be made here ({error.strerror}); "
+                "name another with --out"
+            ) from None
+        for old in (self.images, self.figures):
+            shutil.rmtree(old, ignore_errors=True)
+        (self.folder / "summary.json").unlink(missing_ok=True)
         for suffix in ("", "-wal", "-shm"):
             Path(f"{self._database}{suffix}").unlink(missing_ok=True)
         (self.folder / "scenario.toml").write_text(scenario.to_toml())
@@ -93,9 +106,12 @@ class RunStore:
     def _column(self, table: str, order: str) -> list[str]:
         if not self._database.is_file():
             raise InputError(f"{self.folder}: not a run directory; trials.sqlite is missing")
-        with closing(self._connect()) as connection:
-            rows = connection.execute(f"SELECT record FROM {table} ORDER BY {order}")
-            return [text for (text,) in rows]
+        try:
+            with closing(self._connect()) as connection:
+                rows = connection.execute(f"SELECT record FROM {table} ORDER BY {order}")
+                return [text for (text,) in rows]
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"{self._database}: not a readable store ({error})") from None
 
     def scenario(self) -> Scenario:
         """The resolved scenario of the run."""
@@ -107,7 +123,10 @@ class RunStore:
 
     def read_json(self, name: str) -> dict[str, Any]:
         """A JSON file of the run directory."""
-        return dict(json.loads((self.folder / name).read_text()))
+        try:
+            return dict(json.loads((self.folder / name).read_text()))
+        except (OSError, ValueError) as error:
+            raise InputError(f"{self.folder / name}: not readable ({error})") from None
 
     def image_path(self, world: int, view: str, trial: int | None = None, method: str = "") -> Path:
         """Where a standard image (no trial) or a new image lies."""

@@ -80,7 +80,7 @@ def prepare(scenario: Scenario, nominal: Nominal, world_index: int) -> Session:
 def _senses(scenario: Scenario, world: World) -> tuple[Cell, Detector]:
     """The cell and how targets are found in it: in pictures, or by projection."""
     if scenario.pictures:
-        return SimCell(world, colour=scenario.store.colour), IN_PICTURES
+        return SimCell(world, colour=scenario.colour), IN_PICTURES
     return PicturelessCell(world), ProjectingDetector(world, measured_noise(scenario.tolerances))
 
 
@@ -172,6 +172,8 @@ def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialRe
         images = visit(session.cell, correction)
     except Refused as refusal:
         outcome, reason, images = "refused", str(refusal), {}
+    except Exception as defect:  # a defect costs its own trial, not the run
+        outcome, reason, images = "failed", f"{type(defect).__name__}: {defect}", {}
     T_taught = session.T_base_board_taught
     centre = (T_taught * world.geometry.Ts_board_marker[session.nominal.positioning.id]).translation
     record = TrialRecord(

@@ -52,6 +52,8 @@ def calibrate_intrinsics(
             f"take at least {config.min_views}, tilted both ways"
         )
     flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_K3
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)  # with more, sums are formed in another order from run to run
     rms, K, distortion, rvecs, tvecs, std, _, view_rms = cv2.calibrateCameraExtended(
         [target.corners.astype(np.float32)] * len(uvs_px),
         [uv.astype(np.float32) for uv in uvs_px],
@@ -61,6 +63,7 @@ def calibrate_intrinsics(
         flags=flags,
         criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-12),
     )
+    cv2.setNumThreads(threads)
     camera = Camera(
         np.asarray(K, dtype=float), start.width, start.height,
         np.ravel(distortion)[:5].astype(float),

@@ -55,6 +55,11 @@ class Arm:
         """Number of joints."""
         return int(self._model.nq)
 
+    @property
+    def velocity_limits(self) -> Array:
+        """Rated speed of each joint (rad/s)."""
+        return np.array(self._model.velocityLimit)
+
     def fk(self, q: ArrayLike) -> SE3:
         """T_base_flange at joint angles q (rad)."""
         pin.framesForwardKinematics(self._model, self._data, np.asarray(q) + self._offsets)

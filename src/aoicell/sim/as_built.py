@@ -100,6 +100,8 @@ class Light:
 class Surfaces:
     """How parts and prints really look: height offsets (m) and brightness factors of components
     by id; share of each print under dust, share of each marker's edge that is covered; glare.
+
+    `seed` (seed, world) is that of the streams which say where dust and covers lie.
     """
 
     heights: Mapping[str, float]
@@ -107,6 +109,7 @@ class Surfaces:
     dust: float = 0.0
     occlusion: float = 0.0
     glare: float = 0.0
+    seed: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True)

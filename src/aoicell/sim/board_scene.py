@@ -1,19 +1,31 @@
 """Puts the server board, its components and its markers into a MuJoCo specification."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from types import MappingProxyType
 
 import mujoco
+import numpy as np
 
-from aoicell.board import BoardDesign
+from aoicell.board import BoardDesign, Component, MarkerDesign
+from aoicell.observation import Image
+from aoicell.sim.as_built import PrintScale, Surfaces, plain_surfaces
 from aoicell.sim.board_geometry import board_parts
 from aoicell.sim.board_labels import label_image
 from aoicell.sim.board_silkscreen import silkscreen_image
-from aoicell.sim.board_solids import Part
-from aoicell.sim.solids import add_printed_plate, set_pose
+from aoicell.sim.board_solids import BLACK, Part
+from aoicell.sim.drawing import stream
+from aoicell.sim.prints import dusty, printed_size
+from aoicell.sim.solids import Face, add_printed_plate, set_pose
 from aoicell.targets.cross_marker import CrossMarker
-from aoicell.transforms import SE3, from_xyz_rpy, translation
+from aoicell.transforms import SE3, from_xyz_rpy, rotation, translation
 
 MARKER_THICKNESS = 0.0005
+CLEARANCE = 1e-4  # least height of a marker's face over the bare board (m)
+COVER = 3e-4  # thickness of what covers a marker's edge (m)
+CLEAN = plain_surfaces()
+SOLDER_MASK = Face(specular=0.1)
+LABEL = Face(specular=0.05)
 _SHAPES = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -27,42 +39,128 @@ def add_board(
     body: mujoco.MjsBody,
     board: BoardDesign,
     Ts_board_marker: Mapping[str, SE3],
+    print_scales: Mapping[str, PrintScale] = MappingProxyType({}),
+    surfaces: Surfaces = CLEAN,
 ) -> None:
     """The board with everything on it, in the frame of `body`; markers at the given poses."""
     for finish, (specular, shininess) in _GLOSS.items():
         spec.add_material(name=finish, specular=specular, shininess=shininess, rgba=[1, 1, 1, 1])
-    add_printed_plate(spec, body, "pcb", silkscreen_image(board, 4.0), board.size, specular=0.1)
+    _add_pcb(spec, body, board, Ts_board_marker, surfaces)
     for id, parts in board_parts(board).items():
-        for index, part in enumerate(parts):
+        tone = surfaces.brightness.get(id, 1.0)
+        for index, part in enumerate(mounted(board, board.component(id), parts, surfaces.heights)):
             if part.printed:
-                image = label_image(board.component(id))
+                image = _toned(label_image(board.component(id)), tone)
                 half = part.half_size
-                face = _pose(part) * translation(z=half[2])
+                T_board_face = _pose(part) * translation(z=half[2])
                 size = (2 * half[0], 2 * half[1], 2 * half[2])
                 name = f"{id}_{index}"
-                add_printed_plate(spec, body, name, image, size, face, 0.05, collides=False)
+                add_printed_plate(
+                    spec, body, name, image, size, T_board_face, LABEL, collides=False
+                )
             else:
-                _add_part(body, part)
+                _add_part(body, part, tone)
     for design in board.markers:
-        marker = CrossMarker(size=design.size, pitch=design.pitch)
-        plate = (marker.size, marker.size, MARKER_THICKNESS)
-        add_printed_plate(
-            spec, body, design.id, marker.print_image(), plate, Ts_board_marker[design.id],
-            collides=False,
-        )  # fmt: skip
+        T_board_marker = Ts_board_marker[design.id]
+        scale = print_scales.get(design.id, (1.0, 1.0))
+        _add_marker(spec, body, design, T_board_marker, scale, surfaces)
     _add_hull(body, board)
+
+
+def mounted(
+    board: BoardDesign, component: Component, parts: Iterable[Part], heights: Mapping[str, float]
+) -> Iterator[Part]:
+    """The parts of a component that is higher than designed by `heights` (m, by id), and is lifted
+    by what carries it; never flatter than a fifth of its design.
+    """
+    lift = sum(_excess(carrier, heights) for carrier in _carriers(board, component))
+    excess = _excess(component, heights)
+    for part in parts:
+        if lift == 0 and excess == 0:
+            yield part
+            continue
+        stretch = 1 + excess / component.height
+        x, y, z = part.centre
+        half = (*part.half_size[:2], part.half_size[2] * stretch)
+        z = component.z + lift + (z - component.z) * stretch
+        yield replace(part, centre=(x, y, z), half_size=half)
+
+
+def _excess(component: Component, heights: Mapping[str, float]) -> float:
+    return max(heights.get(component.id, 0.0), -0.8 * component.height)
+
+
+def _carriers(board: BoardDesign, component: Component) -> Iterator[Component]:
+    """What a component stands on, from the top down to the board."""
+    while component.on:
+        component = board.component(component.on)
+        yield component
+
+
+def _add_pcb(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, board: BoardDesign,
+    Ts_board_marker: Mapping[str, SE3], surfaces: Surfaces,
+) -> None:  # fmt: skip
+    """The bare board; it gives way where its bow has taken a marker below its own surface."""
+    lowest = min((T.translation[2] for T in Ts_board_marker.values()), default=CLEARANCE)
+    T_body_face = translation(z=min(0.0, lowest - CLEARANCE))
+    face = replace(SOLDER_MASK, glare=surfaces.glare)
+    add_printed_plate(
+        spec, body, "pcb", silkscreen_image(board, 4.0), board.size, T_body_face, face
+    )
+
+
+def _add_marker(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, design: MarkerDesign, T_board_marker: SE3,
+    scale: PrintScale, surfaces: Surfaces,
+) -> None:  # fmt: skip
+    """A marker as printed, with the dust on it and what covers part of its edge."""
+    marker = CrossMarker(size=design.size, pitch=design.pitch)
+    flat = (marker.size, marker.size)
+    rng = stream(*surfaces.seed, -1, f"dust_{design.id}")
+    image = dusty(marker.print_image(), flat, surfaces.dust, rng)
+    size = (*printed_size(flat, scale), MARKER_THICKNESS)
+    face = Face(glare=surfaces.glare)
+    add_printed_plate(spec, body, design.id, image, size, T_board_marker, face, collides=False)
+    if surfaces.occlusion:
+        corner = stream(*surfaces.seed, -1, f"occlusion_{design.id}").integers(4)
+        _add_cover(body, marker, T_board_marker * rotation("z", corner * np.pi / 2), surfaces)
+
+
+def _add_cover(
+    body: mujoco.MjsBody, marker: CrossMarker, T_board_corner: SE3, surfaces: Surfaces
+) -> None:
+    """A dark ribbon across the corner at +x, +y, as wide as it takes to hide the corner.
+
+    It covers the stated share of the outline: the same length of both edges at the corner.
+    """
+    leg = 2 * surfaces.occlusion * marker.size
+    length, width = np.sqrt(2) * leg, leg / np.sqrt(2)
+    outer = SE3(np.eye(3), np.array([marker.size / 2, marker.size / 2, 0.0]))
+    across = outer * rotation("z", -np.pi / 4) * translation(y=-width / 2)
+    cover = body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX, size=[length / 2, width / 2, COVER / 2], rgba=BLACK,
+        material="plastic", group=2, contype=0, conaffinity=0, mass=0,
+    )  # fmt: skip
+    set_pose(cover, T_board_corner * across * translation(z=COVER / 2))
+
+
+def _toned(image: Image, tone: float) -> Image:
+    """A picture made brighter by a factor."""
+    return image if tone == 1 else np.clip(np.rint(image * tone), 0, 255).astype(np.uint8)
 
 
 def _pose(part: Part) -> SE3:
     return from_xyz_rpy(part.centre, [0, 0, part.yaw])
 
 
-def _add_part(body: mujoco.MjsBody, part: Part) -> None:
+def _add_part(body: mujoco.MjsBody, part: Part, tone: float) -> None:
     half = part.half_size
+    rgba = [*np.clip(np.array(part.rgba[:3]) * tone, 0, 1), part.rgba[3]]
     geom = body.add_geom(
         type=_SHAPES[part.shape],
         size=(half[0], half[2], 0) if part.shape == "cylinder" else half,
-        rgba=part.rgba, material=part.finish, group=2, contype=0, conaffinity=0, mass=0,
+        rgba=rgba, material=part.finish, group=2, contype=0, conaffinity=0, mass=0,
     )  # fmt: skip
     set_pose(geom, _pose(part))
 

@@ -17,7 +17,12 @@ class SimCell:
         self._world, self._colour = world, colour
 
     def move(self, q: ArrayLike) -> None:
-        """Drive to q (rad). Raises Unreachable outside the limits, InputError on a wrong length."""
+        """Drive to q (rad) along a straight joint path, and wait until a picture may be taken.
+
+        Raises InputError on a wrong length, and Unreachable outside the limits or when bodies
+        would touch on the way; the arm then stays where it is. The move takes its time on the
+        world's clock; the dynamics between arrivals are skipped.
+        """
         arm = self._world.nominal.arm
         target = np.asarray(q, dtype=float)
         if target.shape != (arm.dof,):
@@ -30,7 +35,7 @@ class SimCell:
                     f"{name}: commanded {np.degrees(angle):.1f} deg, its limits are "
                     f"{np.degrees(low):.0f} to {np.degrees(high):.0f} deg"
                 )
-        self._world.arrive(target)
+        self._world.drive(target)
 
     def state(self) -> RobotState:
         """Commanded joints and the flange pose of the nominal kinematics."""

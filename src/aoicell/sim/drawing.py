@@ -184,4 +184,5 @@ class _Drawing:
             dust=t.dust_percent / 100,
             occlusion=t.occlusion_percent / 100,
             glare=t.glare,
+            seed=self.key,
         )

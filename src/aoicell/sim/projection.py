@@ -14,10 +14,12 @@ from aoicell.errors import TargetNotFound
 from aoicell.observation import CameraName, Observation, RobotState
 from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import stream
+from aoicell.sim.profiles import TYPICAL
+from aoicell.sim.tolerances import Tolerances
 from aoicell.sim.world import World
 from aoicell.targets.chessboard import Chessboard
 from aoicell.targets.cross_marker import CrossMarker
-from aoicell.transforms import SE3, Array, apply
+from aoicell.transforms import SE3, Array
 
 _NO_PICTURE = np.zeros((0, 0), dtype=np.uint8)
 
@@ -28,6 +30,24 @@ class DetectionNoise:
 
     corner_px: float
     cross_px: float
+
+
+# Measured in rendered pictures under `typical`, after the geometry is accounted for.
+TYPICAL_NOISE = DetectionNoise(corner_px=0.02, cross_px=0.01)
+
+
+def measured_noise(tolerances: Tolerances) -> DetectionNoise:
+    """The detection noise that belongs to the optics and light of these tolerances.
+
+    Grows with the square root of the noise power of read and shot noise, from the value that
+    was measured under `typical`; zero without noise.
+    """
+    power = tolerances.noise_grey**2
+    if tolerances.electrons_per_grey > 0:
+        power += 128 / tolerances.electrons_per_grey
+    reference = TYPICAL.noise_grey**2 + 128 / TYPICAL.electrons_per_grey
+    share = float(np.sqrt(power / reference))
+    return DetectionNoise(share * TYPICAL_NOISE.corner_px, share * TYPICAL_NOISE.cross_px)
 
 
 class PicturelessCell:
@@ -90,8 +110,7 @@ class ProjectingDetector:
         for id, T_board_marker in self._world.geometry.Ts_board_marker.items():
             T_camera_marker = T_camera_board * T_board_marker
             if camera.sees(marker.outline, T_camera_marker, margin_px=2.0):
-                points = apply(T_board_marker, self._world.marker_crosses(id))
-                uv = camera.project(points, T_camera_board)
+                uv = camera.project(self._world.marker_crosses(id), T_camera_board)
                 found.append(self._noisy(observation, id, uv, self._noise.cross_px))
         return found
 
@@ -102,7 +121,7 @@ class ProjectingDetector:
         return truth.camera, truth.T_base_camera
 
     def _noisy(self, observation: Observation, what: str, uv: Array, sigma_px: float) -> Array:
-        """The points with the noise that belongs to this picture and target, however often asked."""
+        """The points with the noise of this picture and target, the same however often asked."""
         truth, built = self._world.truth_of(observation), self._world.as_built
         rng = stream(built.seed, built.world, truth.trial, f"pixels_{truth.picture}_{what}")
         noisy: Array = uv + sigma_px * rng.standard_normal(uv.shape)

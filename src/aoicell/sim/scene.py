@@ -15,7 +15,10 @@ from aoicell.nominal import Nominal
 from aoicell.observation import CameraName
 from aoicell.sim.as_built import Geometry, Light, Surfaces
 from aoicell.sim.board_scene import add_board
-from aoicell.sim.solids import add_printed_plate, set_pose
+from aoicell.sim.drawing import stream
+from aoicell.sim.lamps import set_lamps
+from aoicell.sim.prints import dusty, printed_size
+from aoicell.sim.solids import Face, add_printed_plate, set_pose
 from aoicell.targets.chessboard import Chessboard
 from aoicell.toml_table import TomlTable
 from aoicell.transforms import SE3, rotation, translation
@@ -53,22 +56,23 @@ def build_model(
     spec = _load(room)
     spec.visual.global_.offwidth = max(width for width, _, _ in pinholes.values())
     spec.visual.global_.offheight = max(height for _, height, _ in pinholes.values())
+    set_lamps(spec, light)
     _attach_arm(spec, nominal, geometry)
     flange = spec.body(ARM + "flange")
     hand = flange.add_body(name="hand")
     set_pose(hand, geometry.T_flange_camera)
     _add_camera_model(spec, hand, nominal.models["hand"], "hand")
     _add_lens(hand, "hand", *pinholes["hand"])
-    _add_armtarget(spec, flange, nominal.armtarget, geometry.T_flange_armtarget)
+    _add_armtarget(spec, flange, nominal.armtarget, geometry, surfaces)
     T_world_base = nominal.T_world_base
     table = spec.worldbody.add_body(name="tabletarget")
     set_pose(table, T_world_base * geometry.T_base_tabletarget)
-    _add_chessboard(spec, table, "tabletarget", nominal.tabletarget)
+    _add_chessboard(spec, table, "tabletarget", nominal.tabletarget, geometry, surfaces)
     _add_tripod(spec, nominal, T_world_base * geometry.T_base_tripod)
     _add_lens(spec.body("tripod"), "tripod", *pinholes["tripod"])
     board = spec.worldbody.add_body(name="board", mocap=True)
     set_pose(board, T_world_base * geometry.T_base_board)
-    add_board(spec, board, nominal.board, geometry.Ts_board_marker)
+    add_board(spec, board, nominal.board, geometry.Ts_board_marker, geometry.print_scales, surfaces)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -145,19 +149,27 @@ def _add_lens(body: mujoco.MjsBody, name: str, width: int, height: int, focal_px
 
 
 def _add_chessboard(
-    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, target: Chessboard
-) -> None:
-    width, height = target.size
-    add_printed_plate(spec, body, name, target.print_image(), (width, height, PLATE))
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, target: Chessboard, geometry: Geometry,
+    surfaces: Surfaces,
+) -> None:  # fmt: skip
+    """A board as printed, bent and dusty as it is."""
+    rng = stream(*surfaces.seed, -1, f"dust_{name}")
+    image = dusty(target.print_image(), target.size, surfaces.dust, rng)
+    size = (*printed_size(target.size, geometry.print_scales[name]), PLATE)
+    bow, twist = geometry.bows[name]
+    face = Face(bow=bow, twist=twist, glare=surfaces.glare)
+    add_printed_plate(spec, body, name, image, size, face=face)
 
 
 def _add_armtarget(
-    spec: mujoco.MjSpec, flange: mujoco.MjsBody, target: Chessboard, T_flange_armtarget: SE3
-) -> None:
+    spec: mujoco.MjSpec, flange: mujoco.MjsBody, target: Chessboard, geometry: Geometry,
+    surfaces: Surfaces,
+) -> None:  # fmt: skip
     """Chessboard 1 and the bar that carries it from the flange's side."""
+    T_flange_armtarget = geometry.T_flange_armtarget
     body = flange.add_body(name="armtarget")
     set_pose(body, T_flange_armtarget)
-    _add_chessboard(spec, body, "armtarget", target)
+    _add_chessboard(spec, body, "armtarget", target, geometry, surfaces)
     reach = float(np.linalg.norm(T_flange_armtarget.translation))
     inner, outer = 0.030, reach + 0.25 * target.size[1]
     bar = flange.add_body(name="bracket")

@@ -5,7 +5,7 @@ Zero switches a source off. What each profile sets, and why, stands in `profiles
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 
 def _knob(high: float, what: str, distribution: str = "normal, sigma", low: float = 0.0) -> Any:
@@ -95,3 +95,10 @@ class Tolerances(BaseModel):
     tripod_deg: float = _knob(20, "rotation of the tripod, about each axis")
     bracket_mm: float = _knob(20, "each coordinate of chessboard 1 on its bracket")
     bracket_deg: float = _knob(10, "rotation of chessboard 1, about each axis")
+
+    @field_validator("adc_bits")
+    @classmethod
+    def _converter_exists(cls, bits: float) -> float:
+        if bits != 0 and not (bits >= 8 and bits.is_integer()):
+            raise ValueError("a converter has 8 to 12 whole bits; 0 is exact")
+        return bits

@@ -9,15 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aoicell.camera import Camera
+from aoicell.errors import Unreachable
 from aoicell.nominal import Nominal
 from aoicell.observation import CameraName, Image, Observation
+from aoicell.robot.trajectories import plan
 from aoicell.sim.arrivals import Arrivals
 from aoicell.sim.as_built import AsBuilt
 from aoicell.sim.backend import make_renderer
 from aoicell.sim.drawing import stream
+from aoicell.sim.motion import first_contact, touching
+from aoicell.sim.prints import true_corners, true_crosses
 from aoicell.sim.scene import ARM, build_model, visible
 from aoicell.sim.sensor import CameraModel, Conditions
 from aoicell.transforms import SE3, Array, apply, to_quat_wxyz
+
+PATH_STEP = float(np.radians(3))  # of the fastest joint, from one check for contact to the next
 
 
 @dataclass(frozen=True)
@@ -66,27 +72,69 @@ class World:
         self.arrive(nominal.q_home)
 
     def begin(self, trial: int = -1) -> None:
-        """Restart the random streams of arrivals and pictures for a trial.
+        """Restart a trial: the clock, the random streams of arrivals and pictures, and the arm.
 
-        Methods that are compared call it each, so that they share their random numbers.
+        It stands at home and no trial depends on the one before. Methods that are compared
+        call it each, so that they share their random numbers.
         """
         self._trial, self._arrivals, self._pictures, self._observations = trial, 0, 0, 0
+        self.clock = 0.0  # s: moves, pauses before pictures, exposures
+        self.q_command = self.nominal.q_home.copy()
+        self._arm.restart(self.q_command)
+        self._take_posture()
+
+    def drive(self, q: ArrayLike) -> None:
+        """Move along the straight joint path from the present command to q (rad), and arrive.
+
+        Raises Unreachable, before anything moves, when bodies would touch on the way.
+        """
+        q_command = np.array(q, dtype=float)
+        trajectory = plan(self.nominal.arm, self.q_command, q_command)
+        self._refuse_contact(trajectory.path(PATH_STEP))
+        self.clock += trajectory.duration + self.as_built.arrival.wait
+        self.arrive(q_command)
+
+    def _refuse_contact(self, qs: Array) -> None:
+        """Raise when bodies touch at joint angles qs (N, dof), the present ones left out."""
+        self._scratch.mocap_pos[:] = self.data.mocap_pos
+        self._scratch.mocap_quat[:] = self.data.mocap_quat
+        found = first_contact(self.model, self._scratch, self._joints, self._arm.posture(qs[1:]))
+        if found:
+            index, (first, second) = found
+            x, y, z = self.nominal.arm.fk(qs[index + 1]).translation * 1e3
+            share = (index + 1) / (len(qs) - 1)
+            raise Unreachable(
+                f"move: {first} would touch {second} after {share:.0%} of the way, with "
+                f"the flange at ({x:.0f}, {y:.0f}, {z:.0f}) mm in base; "
+                "take another way there, for example through home"
+            )
 
     def arrive(self, q: ArrayLike) -> None:
-        """Bring the arm to the commanded joint angles q (rad), as exactly as it can."""
+        """Bring the arm to the commanded joint angles q (rad), as exactly as it can.
+
+        Without a move between: nothing is checked, and no time passes.
+        """
         q_command = np.array(q, dtype=float)  # a copy: the caller may go on with its own
         rng = self._stream(f"arrival_{self._arrivals}")
         self._arrivals += 1
         self.q_command = q_command
         self._arm.arrive(q_command, rng)
+        self._take_posture()
+
+    def _take_posture(self) -> None:
         self.data.qpos[self._joints] = self._arm.at_picture()
         self._update()
 
     def _gravity_torques(self, q: Array) -> Array:
         """Torque (N m) of each joint that holds the arm against gravity at joint angles q."""
-        self._scratch.qpos[self._joints] = q
-        mujoco.mj_forward(self.model, self._scratch)
-        return np.array(self._scratch.qfrc_bias[self._dofs])
+        data = self._scratch
+        data.qpos[self._joints] = q
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        mujoco.mj_comVel(self.model, data)
+        torques = np.empty(self.model.nv)
+        mujoco.mj_rne(self.model, data, 0, torques)  # at rest: gravity alone
+        return torques[self._dofs]
 
     def place_board(self, T_base_board: SE3) -> None:
         """Put the server board somewhere else."""
@@ -124,6 +172,7 @@ class World:
 
     def observe(self, observation: Observation) -> Observation:
         """Remember the truth behind an observation that was just made."""
+        self.clock += self.as_built.sensors[observation.camera].exposure
         self._truths[observation] = self.truth()
         self._observations += 1
         return observation
@@ -168,16 +217,20 @@ class World:
         self.render_seconds += time.perf_counter() - start
         return np.asarray(image, dtype=np.uint8)
 
+    def board_points(self, which: str) -> Array:
+        """True corners (N, 3) of a chessboard, armtarget or tabletarget, in its own frame."""
+        nominal = self.nominal
+        board = {"armtarget": nominal.armtarget, "tabletarget": nominal.tabletarget}[which]
+        return true_corners(board, self.geometry.print_scales[which], self.geometry.bows[which])
+
+    def marker_crosses(self, id: str) -> Array:
+        """True centres (4, 3) of a marker's crosses on the board."""
+        crosses = true_crosses(self.nominal.marker, self.geometry.print_scales[id])
+        return self.marker_points(id, crosses)
+
     def contacts(self, tolerance: float = 0.0) -> list[tuple[str, str]]:
         """Pairs of bodies that touch in the present posture."""
-        mujoco.mj_collision(self.model, self.data)
-        pairs = []
-        for contact in self.data.contact[: self.data.ncon]:
-            if contact.dist < -tolerance:
-                bodies = (self.model.geom_bodyid[g] for g in contact.geom)
-                first, second = sorted(self.model.body(b).name for b in bodies)
-                pairs.append((first, second))
-        return sorted(set(pairs))
+        return touching(self.model, self.data, tolerance)
 
     def project(self, ps_board: ArrayLike) -> Array:
         """True pixels (N, 2) in the hand camera's raw picture of points (N, 3) on the board."""

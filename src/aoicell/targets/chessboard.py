@@ -139,7 +139,7 @@ def _edge_lines(grey: Image, uv_px: Array, along: Array, across: Array) -> tuple
     u = np.linspace(-half, half, 33)
     sides = [np.linspace(-0.42, -0.12, 24), np.linspace(0.12, 0.42, 24)]
     offsets = [step_offsets(Strips(uv_px, along, across, t, u).sample(grey), u) for t in sides]
-    return fit_lines(np.concatenate(sides), np.concatenate(offsets, axis=1))
+    return fit_lines(np.concatenate(sides), np.concatenate(offsets, axis=1), 0.02 * half)
 
 
 def half_turn(uv_px: Array) -> Array:

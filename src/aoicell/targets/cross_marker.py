@@ -101,7 +101,7 @@ class CrossMarker:
         u = np.linspace(-half, half, int(np.clip(4 * half * scale, 17, 65)))
         t = np.concatenate([np.linspace(-outer, -inner, count), np.linspace(inner, outer, count)])
         profiles = Strips(uv_px, along, across, t, u).sample(grey)
-        return fit_lines(t, bar_offsets(profiles, u))
+        return fit_lines(t, bar_offsets(profiles, u), tolerance=0.1 * self.stroke)
 
 
 def turned(uv_px: Array, quarter_turns: int) -> Array:
@@ -124,9 +124,12 @@ def _candidates(grey: Image, marker: CrossMarker) -> list[Array]:
     found = []
     for index, contour in enumerate(contours):
         inside = [contours[c] for c in children.get(index, []) if len(contours[c]) > 12]
-        framed = len(inside) == 4 and _is_quadrilateral(contour)
-        if framed and all(_is_cross(blob, marker) for blob in inside):
-            found.append(_clockwise(np.array([_centroid(blob) for blob in inside])))
+        if len(inside) < 4 or not _is_quadrilateral(contour):
+            continue
+        area = cv2.contourArea(contour)  # specks of dust are no crosses: they are smaller
+        crosses = [blob for blob in inside if _is_cross(blob, marker, area)]
+        if len(crosses) == 4:
+            found.append(_clockwise(np.array([_centroid(blob) for blob in crosses])))
     return found
 
 
@@ -136,13 +139,15 @@ def _is_quadrilateral(contour: MatLike) -> bool:
     return len(polygon) == 4 and cv2.isContourConvex(polygon)
 
 
-def _is_cross(contour: MatLike, marker: CrossMarker) -> bool:
-    """A cross fills a known share of its convex hull."""
+def _is_cross(contour: MatLike, marker: CrossMarker, frame_area: float) -> bool:
+    """A cross fills a known share of its convex hull, and its hull a known share of the frame."""
     hull = cv2.contourArea(cv2.convexHull(contour))
     length, stroke = 2 * marker.arm, marker.stroke
     area = stroke * (2 * length - stroke)
-    expected = area / (length**2 - (length - stroke) ** 2 / 2)
-    return hull > 30 and abs(cv2.contourArea(contour) / hull - expected) < 0.2
+    expected_hull = length**2 - (length - stroke) ** 2 / 2
+    share = hull / frame_area * (marker.size - 2 * marker.border) ** 2 / expected_hull
+    fill = cv2.contourArea(contour) / hull * expected_hull / area if hull > 0 else 0.0
+    return hull > 30 and 0.5 < share < 2.0 and 0.5 < fill < 1.5
 
 
 def _centroid(contour: MatLike) -> Array:

@@ -70,11 +70,28 @@ def bar_offsets(profiles: Array, u: Array) -> Array:
     return offsets
 
 
-def fit_lines(t: Array, offsets: Array) -> tuple[Array, Array]:
-    """Least-squares lines offset = a + b t for offsets (N, M); a and b are (N,)."""
-    t_mean = t.mean()
-    slope = ((t - t_mean) * offsets).sum(axis=-1) / ((t - t_mean) ** 2).sum()
-    return offsets.mean(axis=-1) - slope * t_mean, slope
+def fit_lines(t: Array, offsets: Array, tolerance: float = 0.0) -> tuple[Array, Array]:
+    """Robust lines offset = a + b t for offsets (N, M); a and b are (N,).
+
+    Least squares, then once more without what lies off by more than 3.5 robust standard
+    deviations and by more than `tolerance`: specks of dust, something that covers the print.
+    """
+    weights = np.isfinite(offsets).astype(float)
+    values = np.nan_to_num(offsets)
+    a, b = _weighted_lines(t, values, weights)
+    residuals = np.abs(values - a[:, None] - b[:, None] * t)
+    spread = 1.4826 * np.median(residuals, axis=-1, keepdims=True)
+    return _weighted_lines(t, values, weights * (residuals <= 3.5 * spread + tolerance))
+
+
+def _weighted_lines(t: Array, offsets: Array, weights: Array) -> tuple[Array, Array]:
+    total = np.maximum(weights.sum(axis=-1), 1e-12)
+    t_mean, mean = (weights * t).sum(axis=-1) / total, (weights * offsets).sum(axis=-1) / total
+    arm = weights * (t - t_mean[:, None])
+    slope = (arm * (offsets - mean[:, None])).sum(axis=-1) / np.maximum(
+        (arm * (t - t_mean[:, None])).sum(axis=-1), 1e-12
+    )
+    return mean - slope * t_mean, slope
 
 
 def intersections(

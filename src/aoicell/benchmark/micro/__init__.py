@@ -1,0 +1,1 @@
+"""Small benchmarks, each a ratio of things that are measured side by side."""
