@@ -10,7 +10,7 @@ from aoicell.errors import Implausible
 from aoicell.targets.chessboard import Chessboard
 from aoicell.targets.cross_marker import CrossMarker
 from aoicell.targets.pose import (
-    _jacobian,
+    motion_jacobian,
     motion_between,
     planar_candidates,
     refine_pose,
@@ -86,7 +86,7 @@ def test_the_jacobian_against_finite_differences(camera: Camera) -> None:
 
     numeric = [(moved(h * e) - moved(-h * e)) / (2 * h) for e in np.eye(6)]
     np.testing.assert_allclose(
-        _jacobian(MARKER, camera, T), np.column_stack(numeric), rtol=1e-6, atol=1e-3
+        motion_jacobian(MARKER, camera, T), np.column_stack(numeric), rtol=1e-6, atol=1e-3
     )
 
 
