@@ -71,6 +71,7 @@ def _overview_errors(nominal: Nominal, world: World) -> tuple[Array, Camera]:
     T_base_flange = (
         nominal.T_base_board * nominal.overview.T_target_camera * nominal.T_flange_camera.inverse()
     )
+    world.begin()  # home: the test before may have left the arm anywhere
     cell = SimCell(world)
     cell.move(nominal.arm.ik(T_base_flange, nominal.q_home, "overview"))
     picture, camera = cell.capture(), world.camera("hand")

@@ -22,6 +22,7 @@ from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw
 from aoicell.sim.profiles import IDEAL
 from aoicell.sim.world import World
+from aoicell.targets.detector import IN_PICTURES
 from helpers.fence import fenced
 from helpers.running import Rehearsal, Run, run_cli
 
@@ -42,7 +43,15 @@ def ideal_rehearsal(nominal: Nominal) -> Iterator[Rehearsal]:
     taught = photograph_board(cell, nominal)
     templates = {m.name: teach(taught, calibrations[m.name], nominal, m) for m in methods}
     session = Session(
-        scenario, nominal, world, cell, calibrations, taught, templates, world.T_base_board
+        scenario,
+        nominal,
+        world,
+        cell,
+        IN_PICTURES,
+        calibrations,
+        taught,
+        templates,
+        world.T_base_board,
     )
     yield Rehearsal(session, pictures)
     world.close()

@@ -10,8 +10,8 @@ from aoicell.errors import Implausible
 from aoicell.targets.chessboard import Chessboard
 from aoicell.targets.cross_marker import CrossMarker
 from aoicell.targets.pose import (
-    motion_jacobian,
     motion_between,
+    motion_jacobian,
     planar_candidates,
     refine_pose,
     reprojection,

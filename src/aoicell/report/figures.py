@@ -20,8 +20,8 @@ def write_figures(store: RunStore, nominal: Nominal) -> list[Path]:
     trials = sorted(store.trials(), key=lambda t: (t.world, order.index(t.method), t.trial))
     floor = store.read_json("summary.json")["arm_floor_mm"]
     folder, written = store.figures, []
-    first = [t for t in trials if t.world == 0 and t.trial < FEW and t.views]
-    if first:
+    first = [t for t in trials if t.world == 0 and t.trial < FEW]
+    if any(trial.views for trial in first):
         last = [trial for trial in first if trial.method == order[-1]][:2]
         written += save(schematic(last, nominal), folder / "schematic")
         written += save(distance_errors(first, floor), folder / "distance_errors")
@@ -32,20 +32,14 @@ def write_figures(store: RunStore, nominal: Nominal) -> list[Path]:
 
 
 def _pictures(store: RunStore, trials: Sequence[TrialRecord]) -> list[Path]:
-    views = [view.id for view in trials[0].views]
+    views = list(dict.fromkeys(view.id for trial in trials for view in trial.views))
     standards = {view: store.image_path(0, view) for view in views}
     if not all(path.is_file() for path in standards.values()):
         return []
     written = save(standard_images(standards), store.figures / "standard_images", vector=False)
     for view, standard in standards.items():
-        new = [
-            (trial, record, store.image_path(0, view, trial.trial, trial.method))
-            for trial in trials
-            for record in trial.views
-            if record.id == view
-        ]
-        kept = [item for item in new if item[2].is_file()]
-        if kept:
-            figure = view_comparison(view, standard, kept)
+        paths = [store.image_path(0, view, trial.trial, trial.method) for trial in trials]
+        if any(path.is_file() for path in paths):
+            figure = view_comparison(view, standard, list(zip(trials, paths, strict=True)))
             written += save(figure, store.figures / f"view_{view}", vector=False)
     return written

@@ -28,5 +28,5 @@ def contradictions() -> str:
         "The paper's figures stand as printed. They do not all follow from each other: "
         f"{first.left_mm} mm of {first.moved_mm} mm are {follows:.1f} % compensated, not "
         f"{first.compensated_percent} %; the mean of {first.left_mm} and {second.left_mm:.2f} mm "
-        f"is {mean:.2f} mm, while it prints {MEAN_MM} mm, the mean over its points."
+        f"is {mean:.3f} mm, while it prints {MEAN_MM} mm, the mean over its points."
     )

@@ -1,20 +1,23 @@
 """The paper's Figures 14 and 16-19: standard images, and what the new ones show beside them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from textwrap import fill
 
 import cv2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from aoicell.benchmark.records import MarkerRecord, TrialRecord, ViewRecord
+from aoicell.benchmark.summary import view_px
 from aoicell.errors import InputError
 from aoicell.report.style import NEW, STANDARD, new_figure
 
 Picture = NDArray[np.uint8]
-MAGNIFY = 20  # how much longer than true the marker offsets are drawn
+MAGNIFICATIONS = (1, 2, 5, 10, 20, 50, 100, 200)  # of the offsets, so that they can be seen
 
 
 def _read(path: Path) -> Picture:
@@ -35,81 +38,126 @@ def standard_images(paths: dict[str, Path]) -> Figure:
     return figure
 
 
-def view_comparison(
-    view: str, standard: Path, new: Sequence[tuple[TrialRecord, ViewRecord, Path]]
-) -> Figure:
+def view_comparison(view: str, standard: Path, new: Sequence[tuple[TrialRecord, Path]]) -> Figure:
     """One view: the standard image, then each test's new image; one row a method.
 
     On the new image the crosses as they are (circles) and where they were in the standard
-    image (plus signs), with the offset between them drawn larger than true.
+    image (plus signs); in the inset the offsets between them, magnified alike in all panels.
     """
-    methods = list(dict.fromkeys(trial.method for trial, _, _ in new))
-    tests = sorted({trial.trial for trial, _, _ in new})
+    methods = list(dict.fromkeys(trial.method for trial, _ in new))
+    tests = sorted({trial.trial for trial, _ in new})
+    records = {id(t): r for t, _ in new for r in t.views if r.id == view}
+    magnify = magnification(marker for record in records.values() for marker in record.markers)
     figure = new_figure(4.2 * (1 + len(tests)), 3.5 * len(methods) + 0.4)
     axes = figure.subplots(len(methods), 1 + len(tests), squeeze=False)
-    for row, method in enumerate(methods):
-        _show(axes[row][0], _read(standard), f"{view}, standard image")
-        for ax in axes[row][1:]:
+    first = _read(standard)
+    for row in axes:
+        _show(row[0], first, f"{view}, standard image")
+        for ax in row[1:]:
             ax.axis("off")
-        for trial, record, path in new:
-            if trial.method == method:
-                ax = axes[row][1 + tests.index(trial.trial)]
-                _show(ax, _read(path), _caption(trial, record))
-                _draw_offsets(ax, record.markers)
-                _draw_inset(ax, _read(path), record.markers)
-    figure.supxlabel(
-        f"circles: crosses in the new image; plus: in the standard image; lines: the offset, "
-        f"{MAGNIFY} times its length",
-        fontsize=9,
-    )
+    for trial, path in new:
+        ax = axes[methods.index(trial.method)][1 + tests.index(trial.trial)]
+        record = records.get(id(trial))
+        if record is None or not path.is_file():
+            _show_missing(ax, first.shape, trial)
+        else:
+            _show_new(ax, _read(path), _caption(trial, record), record.markers, magnify)
+    _legend(figure, magnify)
     return figure
 
 
+def magnification(markers: Iterable[MarkerRecord]) -> int:
+    """How much longer than true to draw offsets: the longest under 0.4 of the crosses' distance."""
+    ratios = [1.0 / MAGNIFICATIONS[-1]]
+    for marker in markers:
+        if marker.standard_uv_px is not None and marker.new_uv_px is not None:
+            before, after = np.array(marker.standard_uv_px), np.array(marker.new_uv_px)
+            longest = float(np.linalg.norm(after - before, axis=1).max())
+            ratios.append(longest / (0.4 * float(np.linalg.norm(before[1] - before[0])) + 1e-9))
+    return max((m for m in MAGNIFICATIONS if m * max(ratios) <= 1), default=1)
+
+
+def _legend(figure: Figure, magnify: int) -> None:
+    def mark(symbol: str, colour: str, label: str) -> Line2D:
+        return Line2D(
+            [], [], linestyle="", marker=symbol, color=colour, label=label, fillstyle="none"
+        )
+
+    offset = f"offset in the inset, {magnify} times its length"
+    handles = [
+        mark("+", STANDARD, "cross in the standard image"),
+        mark("o", NEW, "cross in the new image"),
+        Line2D([], [], color=NEW, label=offset),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+
+
 def _caption(trial: TrialRecord, view: ViewRecord) -> str:
-    known = [m for m in view.markers if m.detected_px is not None and m.image_mm is not None]
-    px = np.mean([m.detected_px for m in known if m.detected_px is not None]) if known else np.nan
-    mm = np.mean([m.image_mm for m in known if m.image_mm is not None]) if known else np.nan
-    return f"{trial.method}, test {trial.trial + 1}: {px:.2f} px, {mm:.3f} mm"
+    px, mm = view_px(view, "detected_px"), view_px(view, "image_mm")
+    seen = "no marker detected" if px is None or mm is None else f"{px:.2f} px, {mm:.3f} mm"
+    return f"{trial.method}, test {trial.trial + 1}: {seen}"
 
 
 def _show(ax: Axes, image: Picture, title: str) -> None:
     height, width = image.shape[:2]
-    small = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    scale = min(1.0, 600 / width)  # about the pixels of a panel: more cost time and show nothing
+    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     ax.imshow(small, extent=(-0.5, width - 0.5, height - 0.5, -0.5))
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
     ax.set_title(title, fontsize=9)
     ax.axis("off")
 
 
-def _draw_inset(ax: Axes, image: Picture, markers: Sequence[MarkerRecord]) -> None:
-    """The first marker enlarged, in the corner that lies opposite to it."""
-    known = [marker for marker in markers if marker.new_uv_px is not None]
-    if not known:
-        return
-    crosses = np.array(known[0].new_uv_px)
-    centre, half = crosses.mean(axis=0), 0.75 * float(np.ptp(crosses, axis=0).max())
+def _show_missing(ax: Axes, shape: tuple[int, ...], trial: TrialRecord) -> None:
+    """An empty panel that says why there is no picture."""
+    height, width = shape[:2]
+    ax.set(xlim=(0, width), ylim=(height, 0), aspect="equal")
+    ax.set_title(f"{trial.method}, test {trial.trial + 1}: {trial.outcome}", fontsize=9)
+    reason = fill(trial.reason or "no picture was kept", 40)
+    ax.text(width / 2, height / 2, reason, ha="center", va="center", fontsize=9, parse_math=False)
+
+
+def _show_new(
+    ax: Axes, image: Picture, title: str, markers: Sequence[MarkerRecord], magnify: int
+) -> None:
+    _show(ax, image, title)
+    known = [m for m in markers if m.standard_uv_px is not None and m.new_uv_px is not None]
+    for marker in known:
+        _draw_crosses(ax, marker)
+    if known:
+        _draw_inset(ax, image, known[0], magnify)
+
+
+def _draw_inset(ax: Axes, image: Picture, marker: MarkerRecord, magnify: int) -> None:
+    """A marker enlarged and paled, in the corner that lies opposite to it."""
+    crosses = np.array(marker.new_uv_px)
+    size = np.array(image.shape[1::-1])
+    centre, half = crosses.mean(axis=0), 0.95 * float(np.ptp(crosses, axis=0).max())
     low = np.maximum(centre - half, 0).astype(int)
-    high = np.minimum(centre + half, image.shape[1::-1]).astype(int)
-    left, low_down = centre < np.array(image.shape[1::-1]) / 2
-    inset = ax.inset_axes((0.63 if left else 0.01, 0.02 if low_down else 0.50, 0.36, 0.48))
+    high = np.minimum(centre + half, size).astype(int)
+    left, above = centre < size / 2
+    inset = ax.inset_axes((0.63 if left else 0.01, 0.02 if above else 0.50, 0.36, 0.48))
+    pale = 150 + 0.41 * image[low[1] : high[1], low[0] : high[0]]
     extent = (low[0] - 0.5, high[0] - 0.5, high[1] - 0.5, low[1] - 0.5)
-    inset.imshow(image[low[1] : high[1], low[0] : high[0]], extent=extent)
+    inset.imshow(pale.astype(np.uint8), extent=extent)
     inset.set(xticks=[], yticks=[], xlim=extent[:2], ylim=extent[2:])
-    _draw_offsets(inset, known[:1])
-
-
-def _draw_offsets(ax: Axes, markers: Sequence[MarkerRecord]) -> None:
-    for marker in markers:
-        if marker.standard_uv_px is None or marker.new_uv_px is None:
-            continue
-        before, after = np.array(marker.standard_uv_px), np.array(marker.new_uv_px)
-        tips = before + MAGNIFY * (after - before)
-        for start, tip in zip(before, tips, strict=True):
-            ax.plot(*np.column_stack([start, tip]), color=NEW, linewidth=1.6)
-        ax.plot(*before.T, linestyle="", marker="+", color=STANDARD, markersize=9)
-        ax.plot(*after.T, linestyle="", marker="o", color=NEW, markersize=6, fillstyle="none")
-        left, top = np.vstack([before, after]).min(axis=0)
-        ax.annotate(
-            marker.id, (left, top), xytext=(-2, 6), textcoords="offset points", fontsize=8,
-            fontweight="bold", bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+    before = np.array(marker.standard_uv_px)
+    for start, offset in zip(before, magnify * (crosses - before), strict=True):
+        inset.annotate(
+            "", start + offset, start,
+            arrowprops={
+                "arrowstyle": "->", "color": NEW, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0,
+                "mutation_scale": 7,
+            },
+            annotation_clip=False,
         )  # fmt: skip
+    inset.plot(*before.T, linestyle="", marker="+", color=STANDARD, markersize=9)
+
+
+def _draw_crosses(ax: Axes, marker: MarkerRecord) -> None:
+    before, after = np.array(marker.standard_uv_px), np.array(marker.new_uv_px)
+    ax.plot(*before.T, linestyle="", marker="+", color=STANDARD, markersize=8)
+    ax.plot(*after.T, linestyle="", marker="o", color=NEW, markersize=6, fillstyle="none")
+    ax.annotate(
+        marker.id, before.mean(axis=0), ha="center", va="center", fontsize=8, fontweight="bold"
+    )

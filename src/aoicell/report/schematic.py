@@ -23,9 +23,15 @@ def schematic(trials: Iterable[TrialRecord], nominal: Nominal) -> Figure:
         _draw_trial(ax, trial, nominal)
     handles = [
         Line2D([], [], color=colour, label=label)
-        for colour, label in ((STANDARD, "as taught"), (NEW, "moved, and corrected"))
+        for colour, label in (
+            (STANDARD, "board and views as taught"),
+            (NEW, "moved, and corrected"),
+            ("#0072B2", "positioning marker"),
+            ("red", "camera's x"),
+            ("green", "camera's y"),
+        )
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False)
     return figure
 
 

@@ -4,7 +4,9 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+from rich import box
 from rich.table import Table
+from rich.text import Text
 
 from aoicell.benchmark.records import TrialRecord, WorldRecord
 from aoicell.benchmark.summary import trial_mean, trial_px
@@ -17,9 +19,12 @@ def _number(value: float | None, digits: int = 2) -> str:
 
 def _table(title: str, *columns: str) -> Table:
     """A table whose first column is text and whose other columns are numbers."""
-    table = Table(title=title, title_justify="left")
+    table = Table(
+        title=title, title_justify="left", caption_justify="left",
+        box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True,
+    )  # fmt: skip
     for index, column in enumerate(columns):
-        table.add_column(column, justify="left" if index == 0 else "right", no_wrap=index == 0)
+        table.add_column(column, justify="left" if index == 0 else "right", no_wrap=True)
     return table
 
 
@@ -27,7 +32,7 @@ def hand_eye_table(worlds: Sequence[WorldRecord]) -> Table:
     """The estimated camera against the connector's design, as in the paper's Table 3."""
     table = _table(
         "Hand-eye against the connector's design (the paper's Table 3)",
-        "", "dx mm", "dy mm", "dz mm", "turn deg", "error mm", "error deg",
+        "", "dx\nmm", "dy\nmm", "dz\nmm", "turn\ndeg", "error\nmm", "error\ndeg",
     )  # fmt: skip
     x, z = f"about {paper.HAND_EYE_X_MM:.0f}", f"about {paper.HAND_EYE_Z_MM:.0f}"
     table.add_row("printed in the paper", x, "-", z, "-", "-", "-")
@@ -50,9 +55,7 @@ def residual_table(trials: Sequence[TrialRecord], method: str) -> Table:
     """Distance of each measuring marker between standard and new image, as in Tables 4 and 5."""
     mine = [trial for trial in trials if trial.method == method]
     columns = [
-        f"test {number} {unit}"
-        for number in range(1, len(mine) + 1)
-        for unit in ("px", "true px", "mm")
+        f"{_test(trial, mine)}\n{unit}" for trial in mine for unit in ("px", "true px", "mm")
     ]
     table = _table(f"{method}: markers in the new images (Tables 4 and 5)", "view", *columns)
     rows: dict[str, list[str]] = {}
@@ -72,58 +75,88 @@ def residual_table(trials: Sequence[TrialRecord], method: str) -> Table:
         for quantity in ("detected_px", "true_px", "image_mm")
     ]
     table.add_row("mean", *means)
-    for number, trial in enumerate(mine, start=1):
-        if trial.outcome != "corrected":
-            table.caption = f"test {number} was {trial.outcome}: {trial.reason}"
+    table.caption = _not_corrected(mine)
     return table
+
+
+def _test(trial: TrialRecord, among: Sequence[TrialRecord]) -> str:
+    """`test 1`, with the world where there are several."""
+    world = f"world {trial.world + 1} " if len({other.world for other in among}) > 1 else ""
+    return f"{world}test {trial.trial + 1}"
+
+
+def _not_corrected(trials: Sequence[TrialRecord]) -> Text | None:
+    """Every trial that ended otherwise, with its reason, literally: no markup in it."""
+    lines = [
+        f"{trial.method}, {_test(trial, trials)} was {trial.outcome}: {trial.reason}"
+        for trial in trials
+        if trial.outcome != "corrected"
+    ]
+    return Text("\n".join(lines)) if lines else None
 
 
 def summary_table(summary: dict[str, Any], trials: Sequence[TrialRecord]) -> Table:
     """What is left, method by method, with the paper's figures beside."""
     table = _table(
-        "What is left after the correction (3D at the components, from truth; px at the markers)",
-        "", "moved mm", "left mm", "lateral", "depth", "px", "compensated",
+        "What is left after the correction",
+        "", "moved\nmm", "left\nmm", "lateral\nmm", "depth\nmm", "image\nmm", "image\npx",
+        "comp.\n%",
     )  # fmt: skip
     few = len({(t.world, t.trial) for t in trials}) <= 4
     if few:
         for number, test in enumerate(paper.TESTS, start=1):
             table.add_row(
-                f"paper as printed, test {number}", f"{test.moved_mm:.1f}", f"{test.left_mm:.2f}",
-                "-", "-", "-", f"{test.compensated_percent:.1f} %",
+                f"paper as printed, test {number}", f"{test.moved_mm:.1f}", "-", "-", "-",
+                f"{test.left_mm:.2f}", "-", f"{test.compensated_percent:.1f}",
             )  # fmt: skip
     table.add_row(
-        "paper as printed, mean", "-", f"{paper.MEAN_MM:.2f}", "-", "-", f"{paper.MEAN_PX:.2f}", "-"
-    )
+        "paper as printed, mean", "-", "-", "-", "-", f"{paper.MEAN_MM:.2f}",
+        f"{paper.MEAN_PX:.2f}", "-",
+    )  # fmt: skip
     for name, method in summary["methods"].items():
         table.add_section()
         if few:
             for trial in (t for t in trials if t.method == name):
-                table.add_row(*_trial_row(trial))
+                table.add_row(*_trial_row(trial, trials))
         table.add_row(*_mean_row(name, method))
         if not few:
             table.add_row(*_percentile_row(name, method))
-        if method["refused"] or method["failed"]:
-            table.add_row(f"{name}: {method['refused']} refused, {method['failed']} failed")
     table.add_section()
     floor = _number(summary["arm_floor_mm"], 3)
-    table.add_row("floor: two arrivals of the arm", "-", floor, "-", "-", "-", "-")
+    table.add_row("floor: the arm alone", "-", floor, *["-"] * 5)
+    notes = [
+        Text(
+            "left, lateral, depth: from truth at component points; image: at the markers in the "
+            "pictures, px and px times the local scale. The paper's mm are of the latter kind. "
+            "comp.: the share of the displacement that is compensated. "
+            "floor: two arrivals of the arm at the same target."
+        )
+    ]
+    notes += [
+        Text(f"{name}: {method['refused']} refused, {method['failed']} failed")
+        for name, method in summary["methods"].items()
+        if method["refused"] or method["failed"]
+    ]
+    refusals = _not_corrected(trials) if few else None
+    table.caption = Text("\n").join([*notes, refusals] if refusals else notes)
     return table
 
 
-def _trial_row(trial: TrialRecord) -> Iterable[str]:
-    name = f"{trial.method}, test {trial.trial + 1}"
+def _trial_row(trial: TrialRecord, among: Sequence[TrialRecord]) -> Iterable[str]:
+    name = f"{trial.method}, {_test(trial, among)}"
     left = trial_mean(trial, "residual_mm")
     if left is None:
-        return [f"{name}: {trial.outcome}", f"{trial.displacement_mm:.1f}", *["-"] * 5]
+        return [f"{name}: {trial.outcome}", f"{trial.displacement_mm:.1f}", *["-"] * 6]
     compensated = 100 * (1 - left / trial.displacement_mm)
     return [
         name, f"{trial.displacement_mm:.1f}", _number(left, 3),
         _number(trial_mean(trial, "lateral_mm"), 3), _number(trial_mean(trial, "depth_mm"), 3),
-        _number(trial_px(trial, "detected_px")), f"{compensated:.2f} %",
+        _number(trial_px(trial, "image_mm"), 3), _number(trial_px(trial, "detected_px")),
+        f"{compensated:.2f}",
     ]  # fmt: skip
 
 
-_COLUMNS = ("residual_mm", "residual_lateral_mm", "residual_depth_mm")
+_COLUMNS = ("residual_mm", "residual_lateral_mm", "residual_depth_mm", "image_mm")
 
 
 def _mean_row(name: str, method: dict[str, Any]) -> Iterable[str]:
@@ -132,7 +165,7 @@ def _mean_row(name: str, method: dict[str, Any]) -> Iterable[str]:
         f"{name}, mean of {method['corrected']}", _number(method["displacement_mm"]["mean"], 1),
         *(_number(method[column]["mean"], 3) for column in _COLUMNS),
         _number(method["residual_px"]["mean"]),
-        "-" if compensation is None else f"{100 * compensation:.2f} %",
+        "-" if compensation is None else f"{100 * compensation:.2f}",
     ]  # fmt: skip
 
 

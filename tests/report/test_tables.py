@@ -1,0 +1,110 @@
+"""The right numbers stand in the right rows."""
+
+import re
+from io import StringIO
+
+import pytest
+from benchmark.records_by_hand import refused, trial, view, world
+from rich.console import Console
+from rich.table import Table
+
+from aoicell.benchmark.records import TrialRecord, WorldRecord
+from aoicell.benchmark.summary import summarise
+from aoicell.report.tables import hand_eye_table, residual_table, summary_table
+from aoicell.scenario import Scenario
+
+SCENARIO = Scenario(name="s")
+
+
+def rendered(table: Table, width: int = 120) -> list[str]:
+    """The lines of a table, without its frame."""
+    output = StringIO()
+    Console(file=output, width=width).print(table)
+    lines = output.getvalue().splitlines()
+    return [re.sub(r"[^\w\s.,:;()%±'/-]", " ", line).strip() for line in lines]
+
+
+def numbers(table: Table, row: str) -> list[float]:
+    """The numbers of the one row that starts with these words."""
+    found = [line.removeprefix(row) for line in rendered(table) if line.startswith(row)]
+    assert len(found) == 1, found
+    return [float(text) for text in re.findall(r"-?\d+\.?\d*", found[0])]
+
+
+def summary(trials: list[TrialRecord], worlds: list[WorldRecord]) -> Table:
+    return summary_table(summarise(SCENARIO, worlds, trials, 1.0, 0.5), trials)
+
+
+def test_hand_eye_beside_truth_and_the_paper() -> None:
+    table = hand_eye_table([world()])
+    assert numbers(table, "printed in the paper") == [9, 2]
+    assert numbers(table, "as built (truth)") == [9.1, 0.1, 2.1]
+    turn = round((0.1**2 + 0.2**2 + 0.3**2) ** 0.5, 2)
+    assert numbers(table, "paper") == [9, 0, 2, turn, 0.2, 0.01]
+
+
+def test_hand_eye_says_how_many_worlds_it_leaves_out() -> None:
+    text = " ".join(rendered(hand_eye_table([world(k) for k in range(5)])))
+    assert "world 3: paper" in text
+    assert "world 4" not in text
+    assert "the first 3 of 5 worlds" in text
+
+
+def test_residuals_by_view_and_marker() -> None:
+    trials = [
+        trial(0, views=[view("V1", px=(2.0,)), view("V2", px=(4.0, 6.0))]),
+        trial(1, views=[view("V1", px=(1.0,)), view("V2", px=(3.0, None))]),
+        trial(0, "aoicell", views=[view("V1", px=(0.5,))]),
+    ]
+    table = residual_table(trials, "paper")
+    assert numbers(table, "V1 M2") == [2, 1.9, 0.38, 1, 1.9, 0.19]
+    assert numbers(table, "V2 M2") == [4, 1.9, 0.76, 3, 1.9, 0.57]
+    assert numbers(table, "V2 M3") == [6, 1.9, 1.14, 1.9]  # not detected in test 2, but there
+    assert numbers(table, "mean") == pytest.approx([3.5, 1.9, 0.665, 2, 1.9, 0.38], abs=0.006)
+    assert numbers(residual_table(trials, "aoicell"), "V1 M2")[0] == 0.5
+
+
+def test_a_refused_trial_is_named_with_its_reason() -> None:
+    table = residual_table([trial(0), refused(1)], "paper")
+    assert numbers(table, "V1 M2") == [2, 1.9, 0.38]
+    text = " ".join(rendered(table))
+    assert "refused" in text
+    assert "marker M1 is missing" in text
+
+
+def test_the_summary_of_few_trials_shows_each() -> None:
+    trials = [
+        trial(0, views=[view(mm=5.0, px=(20.0,))]),
+        trial(1, views=[view(mm=3.0, px=(10.0,))]),
+        trial(0, "aoicell", views=[view(mm=0.1, px=(0.5,))]),
+        refused(1, "aoicell"),
+    ]
+    table = summary(trials, [world(floor=0.031)])
+    assert numbers(table, "paper as printed, test 1") == [49.1, 5.15, 91.5]
+    assert numbers(table, "paper as printed, test 2") == [50.6, 3.8, 92.5]
+    assert numbers(table, "paper as printed, mean") == [3.97, 21.09]
+    first = numbers(table, "paper, test 1")
+    assert (first[:4], first[-2:]) == ([50, 5, 3, 4], [20, 90])
+    mean = numbers(table, "paper, mean of 2")
+    assert (mean[:4], mean[-2:]) == ([50, 4, 2.4, 3.2], [15, 92])
+    assert numbers(table, "aoicell, test 2: refused") == [250]
+    alone = numbers(table, "aoicell, mean of 1")  # the refused one does not dilute it
+    assert (alone[:2], alone[-1]) == ([50, 0.1], 99.8)
+    assert numbers(table, "aoicell: 1 refused") == [0]
+    assert numbers(table, "floor") == [0.031]
+
+
+def test_the_summary_of_many_trials_shows_statistics() -> None:
+    trials = [trial(k, views=[view(mm=float(k))]) for k in range(1, 21)] + [refused(21)]
+    table = summary(trials, [world()])
+    assert numbers(table, "paper, mean of 20")[:2] == [50, 10.5]
+    assert numbers(table, "paper, 95th percentile")[:2] == [50, pytest.approx(19.05)]
+    assert numbers(table, "paper: 1 refused") == [0]
+    assert not [line for line in rendered(table) if line.startswith("paper, test")]
+
+
+def test_a_run_in_which_all_was_refused_still_has_its_tables() -> None:
+    trials = [refused(0), refused(1)]
+    assert numbers(residual_table(trials, "paper"), "mean") == []
+    table = summary(trials, [world()])
+    assert numbers(table, "paper, mean of 0") == []
