@@ -17,13 +17,13 @@ SOURCES = MappingProxyType(
             "tangential_sigma",
         ),
         "focal drift": ("focal_drift_ppm",),
-        "image": (
+        "image and dust": (
             "psf_px", "aperture_mm", "focus_mm", "exposure_ms", "exposure_percent",
-            "vignetting_percent", "electrons_per_grey", "noise_grey", "adc_bits",
+            "vignetting_percent", "electrons_per_grey", "noise_grey", "adc_bits", "dust_percent",
         ),
         "light and surfaces": (
             "light_percent", "light_deg", "light_kelvin", "gradient_percent", "flicker_percent",
-            "shadows", "dust_percent", "occlusion_percent", "glare", "component_height_mm",
+            "shadows", "occlusion_percent", "glare", "component_height_mm",
             "component_colour_percent",
         ),
         "printed targets": ("print_um", "bow_mm", "twist_mm"),

@@ -90,7 +90,7 @@ PAPER_SOURCES: Sourced = {
     "mount_deg": (0.7, "assumed: the tilt that goes with 9 mm over a printed holder's length"),
     "mount_bias_x_mm": (9.0, _PAPER_TABLE_3),
     "mount_bias_z_mm": (2.0, _PAPER_TABLE_3),
-    "print_um": (100.0, "assumed: an office laser printer, 0.05 % over 200 mm"),
+    "print_um": (100.0, "assumed: an office laser printer, 0.1 % over some 100 mm"),
     "bow_mm": (0.3, "assumed: paper glued on a plate"),
     "twist_mm": (0.2, "assumed: likewise"),
     "marker_mm": (0.5, "assumed: stuck on by hand"),
