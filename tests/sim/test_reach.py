@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aoicell.board import BoardDesign, Component
 from aoicell.calibration.poses import TABLE_2
 from aoicell.nominal import Nominal
 from aoicell.sim.drawing import draw
@@ -100,11 +101,20 @@ def test_under_the_design(nominal: Nominal, commanded: dict[str, Array]) -> None
     assert faults(world, commanded) == []
 
 
+def tallest_tower(board: BoardDesign) -> tuple[Component, ...]:
+    """The tallest component and all that it stands on."""
+    tower = [max(board.components, key=lambda component: component.top)]
+    while tower[-1].on:
+        tower.append(board.component(tower[-1].on))
+    return tuple(tower)
+
+
 def test_under_draws_of_paper(nominal: Nominal, commanded: dict[str, Array]) -> None:
-    # No picture is taken. So the tallest component stands for all (they collide as one box),
-    # and the lenses need no maps: what is seen is projected with the drawn cameras all the same.
-    tallest = max(nominal.board.components, key=lambda component: component.top)
-    bare = replace(nominal, board=replace(nominal.board, components=(tallest,)))
+    # No picture is taken. So the tallest component, with what it stands on, stands for all (they
+    # collide as one box), and the lenses need no maps: what is seen is projected with the drawn
+    # cameras all the same.
+    tower = tallest_tower(nominal.board)
+    bare = replace(nominal, board=replace(nominal.board, components=tower))
     found = []
     for index in range(DRAWS):
         as_built = draw(nominal, PAPER, seed=0, world=index)

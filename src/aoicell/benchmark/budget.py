@@ -7,6 +7,7 @@ case uses the same draws, so differences between cases are differences between s
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -55,12 +56,15 @@ def cases(scenario: Scenario) -> Iterator[Case]:
             yield Case("without", source, all_but(profile, source))
 
 
+_nominal = cache(load_nominal)  # one a worker
+
+
 def run_cell(scenario: Scenario, tolerances: Tolerances, world: int) -> list[TrialRecord]:
     """All trials of one drawn cell under given tolerances."""
     case = scenario.model_copy(
         update={"knobs": tolerances.model_dump(), "profile": "ideal", "worlds": 1}
     )
-    session = prepare(case, load_nominal(case.cell_folder), world)
+    session = prepare(case, _nominal(case.cell_folder), world)
     try:
         trials = range(case.trials_per_world)
         return [result.record for trial in trials for result in run_trial(session, trial)]

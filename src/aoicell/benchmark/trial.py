@@ -65,7 +65,7 @@ class TrialResult:
 def prepare(scenario: Scenario, nominal: Nominal, world_index: int) -> Session:
     """Build a world, calibrate it and teach the board, for all methods of the scenario."""
     as_built = draw(nominal, scenario.tolerances, scenario.seed, world_index)
-    world = World(nominal, as_built)
+    world = World(nominal, as_built, scenario.pictures)
     cell, detector = _senses(scenario, world)
     methods = [METHODS[name] for name in scenario.methods]
     calibrations = calibrate(photograph_targets(cell, nominal), nominal, methods, detector)

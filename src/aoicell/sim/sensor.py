@@ -6,7 +6,7 @@ Level, colour and direction of the lamps belong to the scene: the render already
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import cast
 
 import cv2
@@ -37,9 +37,12 @@ class CameraModel:
     """One camera: turns pinhole renders into its raw pictures."""
 
     def __init__(self, camera: Camera, sensor: Sensor, light: Light) -> None:
-        self._sensor, self._flicker = sensor, light.flicker
+        self._camera, self._sensor, self._lighting = camera, sensor, light
         self._lens = Lens(camera, sensor.focal_drift)
-        self._shading = shading(camera, sensor, light)
+
+    @cached_property
+    def _shading(self) -> Plane | None:  # takes a tenth of a second; not every cell takes pictures
+        return shading(self._camera, self._sensor, self._lighting)
 
     @property
     def pinhole(self) -> tuple[int, int, float]:
@@ -57,7 +60,7 @@ class CameraModel:
         source that is switched on or off changes no other's draw. A new one goes at the end.
         """
         flicker, shot, read = rng.spawn(3)
-        level = max(1 + self._flicker * flicker.standard_normal(), 0.0)
+        level = max(1 + self._lighting.flicker * flicker.standard_normal(), 0.0)
         planes = np.moveaxis(pinhole_rgb, 2, 0) if at.colour else [to_grey(pinhole_rgb)]
         raw = [self._read_out(self._light(p, at, level), shot, read) for p in planes]
         return np.dstack(raw) if at.colour else raw[0]

@@ -14,7 +14,7 @@ from aoicell.nominal import Nominal
 from aoicell.observation import CameraName, Image, Observation
 from aoicell.robot.trajectories import plan
 from aoicell.sim.arrivals import Arrivals
-from aoicell.sim.as_built import AsBuilt
+from aoicell.sim.as_built import AsBuilt, plain_surfaces
 from aoicell.sim.backend import make_renderer
 from aoicell.sim.drawing import stream
 from aoicell.sim.motion import first_contact, touching
@@ -46,7 +46,8 @@ class Truth:
 class World:
     """A simulated cell with its as-built geometry, the robot's true posture, and pictures of it."""
 
-    def __init__(self, nominal: Nominal, as_built: AsBuilt) -> None:
+    def __init__(self, nominal: Nominal, as_built: AsBuilt, pictures: bool = True) -> None:
+        """Build the cell; without `pictures` what only they would show is left out."""
         self.nominal, self.as_built = nominal, as_built
         self.geometry = as_built.geometry
         self._cameras = {
@@ -55,7 +56,11 @@ class World:
         }
         pinholes = {name: camera.pinhole for name, camera in self._cameras.items()}
         self.model = build_model(
-            nominal, self.geometry, pinholes, as_built.light, as_built.surfaces
+            nominal,
+            self.geometry,
+            pinholes,
+            as_built.light,
+            as_built.surfaces if pictures else plain_surfaces(),
         )
         self.data = mujoco.MjData(self.model)
         self._scratch = mujoco.MjData(self.model)  # for questions about other postures
