@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -24,6 +25,7 @@ from rich.table import Table
 from aoicell import __version__
 from aoicell.benchmark.budget import as_rows, run_budget
 from aoicell.benchmark.environment import describe_environment
+from aoicell.benchmark.micro import BENCHMARKS
 from aoicell.benchmark.runner import run_scenario
 from aoicell.benchmark.store import RunStore
 from aoicell.benchmark.workers import local_workers
@@ -173,6 +175,30 @@ def budget(
 
 
 @app.command()
+def bench(
+    name: Annotated[str, typer.Argument(help="optics.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer repeats.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Ratios of things that are measured side by side in one run.
+
+    Example: aoicell bench optics --quick
+    """
+    if name not in BENCHMARKS:
+        raise InputError(f"bench {name}: {did_you_mean(name, BENCHMARKS)}")
+    result = BENCHMARKS[name](quick)
+    if as_json:
+        print(json.dumps(result))
+        return
+    table = Table(*result["rows"][0], title=f"bench {name}", box=SIMPLE)
+    for row in result["rows"]:
+        table.add_row(*(f"{v:.3f}" if isinstance(v, float) else str(v) for v in row.values()))
+    out.print(table)
+    for ratio, value in result["ratios"].items():
+        out.print(f"{ratio} = {value:.3f}", highlight=False)
+
+
+@app.command()
 def doctor(
     profile: Annotated[str | None, typer.Option(help="Print this profile as a table.")] = None,
     as_json: AsJson = False,
@@ -208,12 +234,14 @@ def _print_profile(name: str, as_json: bool) -> None:
     if as_json:
         print(json.dumps(values))
         return
-    table = Table("knob", "value", "distribution", "what", "source", title=f"Profile {name}")
+    table = Table(title=f"Profile {name}", box=SIMPLE)
+    table.add_column("knob", no_wrap=True)
+    for column in ("value", "what, and how it is drawn", "source of the value"):
+        table.add_column(column)
     for knob, field in Tolerances.model_fields.items():
         value, source = SOURCES[name].get(knob, (0.0, ""))
         extra = field.json_schema_extra
-        distribution = str(extra["distribution"]) if isinstance(extra, dict) else ""
-        table.add_row(
-            knob, f"{value:g}" if value else "off", distribution, field.description, source
-        )
+        how = str(extra["distribution"]) if isinstance(extra, dict) else ""
+        shown = f"{value:g}" if value else "off"
+        table.add_row(knob, shown, f"{field.description}; {how}", source)
     out.print(table)

@@ -1,1 +1,11 @@
 """Small benchmarks, each a ratio of things that are measured side by side."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from aoicell.benchmark.micro.optics import bench_optics
+
+BENCHMARKS: Mapping[str, Callable[[bool], dict[str, Any]]] = MappingProxyType(
+    {"optics": bench_optics}
+)
