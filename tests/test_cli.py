@@ -225,10 +225,12 @@ def test_the_demo_prints_the_summary_and_nothing_else(demo: Run) -> None:
     assert list(summary["methods"]) == ["paper", "aoicell"]
     for method in summary["methods"].values():
         assert {*STATISTICS, *COUNTS, "compensation"} <= set(method)
-        assert (method["trials"], method["corrected"], method["silent_wrong"]) == (2, 2, 0)
+        assert (method["trials"], method["corrected"]) == (2, 2)
         for name in STATISTICS:
             assert set(method[name]) == {"mean", "p50", "p95", "max"}
-        assert 0.8 < method["compensation"] < 1
+        assert 0 < method["compensation"] < 1
+    # one small marker, an uncalibrated arm: the paper's way is wrong here and does not know it
+    assert [method["silent_wrong"] for method in summary["methods"].values()] == [2, 0]
     assert summary["trials_per_second"] > 0
     assert 0 < summary["render_seconds_share"] < 1
     assert summary["arm_floor_mm"] > 0

@@ -93,9 +93,7 @@ def test_the_installed_package_finds_its_own_data(installed: Path, tmp_path: Pat
     assert all(any((root / kind).iterdir()) for kind in KINDS)
 
 
-@pytest.mark.slow
 def test_the_installed_demo_runs_in_an_empty_folder(installed: Path, tmp_path: Path) -> None:
-    aoicell(installed, tmp_path, "doctor")
     aoicell(installed, tmp_path, "demo")
 
 
