@@ -23,16 +23,21 @@ from rich.progress import (
 from rich.table import Table
 
 from aoicell import __version__
-from aoicell.benchmark.budget import as_rows, run_budget
+from aoicell.benchmark.budget import run_budget
 from aoicell.benchmark.environment import describe_environment
 from aoicell.benchmark.micro import BENCHMARKS
 from aoicell.benchmark.runner import run_scenario
 from aoicell.benchmark.store import RunStore
 from aoicell.benchmark.workers import local_workers
 from aoicell.doctor import diagnose
-from aoicell.errors import AoicellError, InputError, did_you_mean
+from aoicell.errors import AoicellError, InputError, Refused, did_you_mean
 from aoicell.nominal import load_nominal
-from aoicell.report.budget import budget_chart, budget_table, conclusion, reproduction_chart
+from aoicell.report.budget import (
+    budget_chart,
+    budget_table,
+    describe_budget,
+    reproduction_chart,
+)
 from aoicell.report.figures import write_figures
 from aoicell.report.paper import contradictions
 from aoicell.report.style import save
@@ -120,6 +125,9 @@ def _run(scenario: Scenario, folder: Path, as_json: bool) -> None:
     else:
         _print_run(scenario, summary, store)
     err.print(f"{len(figures)} figures and all numbers are in {folder}", highlight=False)
+    if not any(method["corrected"] for method in summary["methods"].values()):
+        reasons = [trial.reason for trial in store.trials() if trial.reason]
+        raise Refused(f"no trial was corrected: {reasons[0] if reasons else 'none was run'}")
 
 
 def _print_run(scenario: Scenario, summary: dict[str, Any], store: RunStore) -> None:
@@ -137,7 +145,7 @@ def budget(
     scenario: Annotated[str, typer.Argument(help="A scenario file or name.")] = "error_budget",
     draws: Annotated[int | None, typer.Option(help="Cells drawn for each case.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all draws.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes [one a core].")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes [one a core].")] = None,
     directory: OutDir = None,
     as_json: AsJson = False,
 ) -> None:
@@ -148,29 +156,26 @@ def budget(
     path = Path(scenario) if Path(scenario).is_file() else find("scenarios", scenario)
     resolved = load_scenario(path, worlds=draws, seed=seed)
     folder = directory or Path("runs") / resolved.name
+    store = RunStore(folder)
+    store.create(resolved, {**describe_environment(), "seed": resolved.seed})
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with (
         local_workers(workers) as pool,
         Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar,
     ):
         task = bar.add_task("cells", total=None)
-        table = run_budget(
+        study = run_budget(
             resolved, pool, lambda done, total: bar.update(task, completed=done, total=total)
         )
-    text = conclusion(table, resolved.methods)
-    RunStore(folder).create(resolved, {**describe_environment(), "seed": resolved.seed})
-    rows = {"schema": 1, "seed": resolved.seed, "profile": resolved.profile,
-            "draws": resolved.worlds, "conclusion": text, "rows": as_rows(table)}  # fmt: skip
-    RunStore(folder).write_json("budget.json", rows)
-    figures = folder / "figures"
-    save(budget_chart(table, resolved.methods), figures / "budget")
-    if "paper" in resolved.methods:
-        save(reproduction_chart(table), figures / "reproduction")
+    result = describe_budget(resolved, study)
+    store.write_json("budget.json", result)
+    save(budget_chart(study.table, resolved.methods), store.figures / "budget")
+    save(reproduction_chart(study.table), store.figures / "reproduction")
     if as_json:
-        print(json.dumps(rows))
+        print(json.dumps(result))
     else:
-        out.print(budget_table(table, resolved.methods))
-        out.print(text, highlight=False)
+        out.print(budget_table(study, resolved.methods))
+        out.print(result["conclusion"], highlight=False)
     err.print(f"table and charts are in {folder}", highlight=False)
 
 
@@ -223,8 +228,9 @@ def doctor(
     if as_json:
         result = {"environment": environment, "checks": [asdict(check) for check in checks]}
         print(json.dumps(result))
-    if not all(check.passed for check in checks):
-        raise AoicellError("doctor: a self-test does not hold on this machine; see above")
+    failed = [check for check in checks if not check.passed]
+    if failed:
+        raise AoicellError(f"doctor: '{failed[0].name}' does not hold: {failed[0].detail}")
 
 
 def _print_profile(name: str, as_json: bool) -> None:

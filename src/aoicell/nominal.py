@@ -99,12 +99,19 @@ def load_nominal(folder: Path) -> Nominal:
     }
     targets = paths["board"] / "targets.toml"
     arm = Arm(_only_urdf(paths["arm"]))
+    q_home = np.radians(table.numbers("arm", "home_deg", count=arm.dof))
+    for joint, angle, low, high in zip(arm.joint_names, q_home, arm.lower, arm.upper, strict=True):
+        if not low <= angle <= high:
+            raise ModelError(
+                f"{source}: 'arm.home_deg' puts {joint} at {np.degrees(angle):.0f} deg; its limits "
+                f"are {np.degrees(low):.0f} to {np.degrees(high):.0f} deg"
+            )
     return Nominal(
         name=table.text("name"),
         folder=folder,
         models=paths,
         arm=arm,
-        q_home=np.radians(table.numbers("arm", "home_deg", count=arm.dof)),
+        q_home=q_home,
         cameras=cameras,
         board=load_board(paths["board"]),
         armtarget=load_chessboard(paths["armtarget"]),
@@ -125,10 +132,13 @@ _MODELS = ("arm", "hand", "tripod", "board", "armtarget", "tabletarget")
 
 def _view(table: TomlTable, name: str) -> View:
     x, y = table.numbers("aim_mm", count=2) / 1e3 if "aim_mm" in table.values else (0.0, 0.0)
+    distance = table.number("distance_mm") / 1e3
+    if distance <= 0:
+        raise table.complaint("distance_mm", wanted="above 0")
     tilt_x, tilt_y = np.radians(table.numbers("tilt_deg", count=2))
     return View(
         id=name,
-        distance=table.number("distance_mm") / 1e3,
+        distance=distance,
         tilt=(float(tilt_x), float(tilt_y)),
         roll=float(np.radians(table.number("roll_deg"))),
         aim=(float(x), float(y), 0.0),

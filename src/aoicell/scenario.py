@@ -84,7 +84,7 @@ def _list_or_range(value: Any) -> str | None:
 
 
 Shifts = Annotated[
-    Annotated[list[Annotated[float, _within(0, 300)]], Tag("list")]
+    Annotated[list[Annotated[float, _within(0, 300)]], Field(min_length=1), Tag("list")]
     | Annotated[ShiftRange, Tag("range")],
     Discriminator(
         _list_or_range,

@@ -9,7 +9,8 @@ from aoicell.benchmark.environment import describe_environment
 from aoicell.benchmark.records import TrialRecord, WorldRecord
 from aoicell.benchmark.store import RunStore
 from aoicell.benchmark.summary import summarise
-from aoicell.benchmark.trial import Session, describe, prepare, run_trial
+from aoicell.benchmark.trial import Session, describe, prepare, refused_world, run_trial
+from aoicell.errors import Refused
 from aoicell.nominal import load_nominal
 from aoicell.scenario import Scenario
 
@@ -26,7 +27,15 @@ def run_scenario(scenario: Scenario, folder: Path, progress: Progress) -> dict[s
     render_seconds, start = 0.0, time.perf_counter()
     for index in range(scenario.worlds):
         progress(f"world {index + 1}: calibrating and teaching", len(trials), scenario.trials)
-        session = prepare(scenario, nominal, index)
+        try:
+            session = prepare(scenario, nominal, index)
+        except Refused as refusal:
+            if scenario.worlds == 1:
+                raise
+            trials += refused_world(scenario, index, refusal)
+            for record in trials[-scenario.trials_per_world * len(scenario.methods) :]:
+                store.add_trial(record)
+            continue
         worlds.append(describe(session))
         store.add_world(worlds[-1])
         _keep_standards(store, session)

@@ -84,6 +84,20 @@ def _senses(scenario: Scenario, world: World) -> tuple[Cell, Detector]:
     return PicturelessCell(world), ProjectingDetector(world, measured_noise(scenario.tolerances))
 
 
+def refused_world(scenario: Scenario, world: int, refusal: Refused) -> list[TrialRecord]:
+    """The trials of a world that could not even be calibrated or taught."""
+    nowhere = np.eye(4).tolist()
+    return [
+        TrialRecord(
+            world=world, trial=trial, method=method, outcome="refused", reason=str(refusal),
+            displacement_mm=0.0, turn_deg=0.0, measured_shift_mm=None, correction_seconds=None,
+            T_base_board_taught=nowhere, T_base_board_now=nowhere, views=[],
+        )
+        for trial in range(scenario.trials_per_world)
+        for method in scenario.methods
+    ]  # fmt: skip
+
+
 def describe(session: Session) -> WorldRecord:
     """Hand-eye of each method against design and truth, and the arm's floor."""
     standards = [view.standard for view in session.taught.views]

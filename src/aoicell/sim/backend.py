@@ -1,10 +1,12 @@
 """Which OpenGL renders."""
 
 import os
+import warnings
 
 import mujoco
 
 from aoicell.errors import RenderingUnavailable
+from aoicell.sim import WANTED
 
 
 def make_renderer(
@@ -12,13 +14,16 @@ def make_renderer(
 ) -> mujoco.Renderer:
     """An offscreen renderer. Raises RenderingUnavailable when there is no OpenGL."""
     try:
-        renderer = mujoco.Renderer(model, height, width)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # glfw warns before it fails; one complaint is enough
+            renderer = mujoco.Renderer(model, height, width)
     except Exception as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
+        if os.environ.get("MUJOCO_GL") == "disable":
+            reason = f"{WANTED or 'egl or osmesa'} was asked for, and its library is not there"
         raise RenderingUnavailable(
-            f"no OpenGL to render with (MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}: {reason}); "
-            "install Mesa's EGL with 'apt-get install libegl1 libgl1 libgl1-mesa-dri' or run "
-            "'make setup'"
+            f"no OpenGL to render with ({reason}); MUJOCO_GL may be egl or osmesa: install Mesa's "
+            "EGL with 'apt-get install libegl1 libgl1 libgl1-mesa-dri' or run 'make setup'"
         ) from error
     renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
     renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False

@@ -161,13 +161,13 @@ class _Drawing:
     def light(self) -> Light:
         t = self.t
         # warmer light is redder: +-300 K about 5500 K change R against B by some 5 %
-        warm = -self.normal("light_kelvin", t.light_kelvin)[0] / 5500
+        warm = float(np.clip(-self.normal("light_kelvin", t.light_kelvin)[0] / 5500, -1, 1))
         turns = np.radians(self.normal("light_deg", t.light_deg, 3 * LAMPS)).reshape(LAMPS, 3)
         direction = stream(*self.key, -1, "gradient").uniform(0, 2 * np.pi)
         slope = t.gradient_percent / 100 * np.array([np.cos(direction), np.sin(direction)])
         return Light(
             level=self.factor("light", t.light_percent),
-            colour=(float(1 + warm / 2), 1.0, float(1 - warm / 2)),
+            colour=(1 + warm / 2, 1.0, 1 - warm / 2),
             turns=tuple((float(x), float(y), float(z)) for x, y, z in turns),
             gradient=(float(slope[0]), float(slope[1])),
             flicker=t.flicker_percent / 100,
