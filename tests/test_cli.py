@@ -198,7 +198,7 @@ def test_a_doctor_that_finds_something_is_exit_1(monkeypatch: pytest.MonkeyPatch
     assert run.code == 1
     assert "FAIL one: it is broken" in run.stdout
     (line,) = run.stderr.splitlines()
-    assert line == "aoicell: doctor: a self-test does not hold on this machine; see above"
+    assert line == "aoicell: doctor: 'one' does not hold: it is broken"
 
 
 def test_a_profile_as_a_table_and_for_machines() -> None:
