@@ -30,3 +30,8 @@ def test_make_targets_and_linked_files_exist() -> None:
     assert set(re.findall(r"`?make (demo|test|setup)", README)) <= set(targets)
     for link in re.findall(r"\]\(([^)]+)\)", README):
         assert (ROOT / link).exists(), link
+
+
+def test_no_placeholder_is_left() -> None:
+    for page in (README, (ROOT / "scenarios" / "README.md").read_text()):
+        assert not re.search(r"\b[A-Z]{5,}_?[A-Z]*\b(?=\n|\s)", re.sub(r"`[^`]*`", "", page))

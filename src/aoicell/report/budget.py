@@ -124,11 +124,11 @@ def reproduction_chart(table: Table) -> Figure:
                 f"paper {name} {value:g}: {share:.0f}th percentile", (value, 0.1 + 0.2 * index),
                 xytext=(-4, 0), textcoords="offset points", fontsize=8, ha="right",
             )  # fmt: skip
-        ax.set_xscale("log")
+        ax.set_xlim(left=0)
         ax.set_xlabel(label)
         ax.set_ylabel("share of cells")
         ax.grid(alpha=0.25, which="both")
-    axes[0].legend(fontsize=8, loc="upper left")
+    axes[0].legend(fontsize=8, loc="center left")
     return figure
 
 
