@@ -115,7 +115,7 @@ def reproduction_chart(table: Table) -> Figure:
         if everything is None:
             continue
         cells = everything.cells
-        ax.ecdf(cells, color=METHOD_COLOURS["paper"], label="method paper, drawn cells")
+        ax.ecdf(cells, color=METHOD_COLOURS["paper"])
         printed = [(name, value) for name, value, q in PRINTED if q == quantity]
         for index, (name, value) in enumerate(printed):
             share = percentile_of(value, cells)
@@ -128,7 +128,9 @@ def reproduction_chart(table: Table) -> Figure:
         ax.set_xlabel(label)
         ax.set_ylabel("share of cells")
         ax.grid(alpha=0.25, which="both")
-    axes[0].legend(fontsize=8, loc="center left")
+    figure.suptitle(
+        "Method paper over the drawn cells, and the figures that the paper prints", fontsize=10
+    )
     return figure
 
 
