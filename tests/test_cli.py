@@ -229,6 +229,7 @@ def test_the_demo_prints_the_summary_and_nothing_else(demo: Run) -> None:
         for name in STATISTICS:
             assert set(method[name]) == {"mean", "p50", "p95", "max"}
         assert 0 < method["compensation"] < 1
+    assert summary["methods"]["aoicell"]["compensation"] > 0.99
     # one small marker, an uncalibrated arm: the paper's way is wrong here and does not know it
     assert [method["silent_wrong"] for method in summary["methods"].values()] == [2, 0]
     assert summary["trials_per_second"] > 0

@@ -92,10 +92,10 @@ def run_budget(
 
     Raises AoicellError on the first trial that fails: a defect is no residual.
     """
-    todo = list(cases(scenario))
+    all_cases = list(cases(scenario))
     futures = {
         executor.submit(run_cell, scenario, case.tolerances, world): (case, world)
-        for case in todo
+        for case in all_cases
         for world in range(scenario.worlds)
     }
     values: dict[tuple[str, str, str, str], dict[int, float]] = {}
@@ -115,7 +115,7 @@ def run_budget(
         progress(done, len(futures))
     keys: list[tuple[str, str, str, str]] = [
         (case.kind, case.source, method, quantity)
-        for case in todo
+        for case in all_cases
         for method in scenario.methods
         for quantity in QUANTITIES
     ]
