@@ -19,16 +19,17 @@ demo: setup ## run the two-test experiment and print its tables
 	@$(BACKEND); $(BIN)/aoicell demo
 
 test: setup ## style, types, architecture and tests
+	@.ci/setup.sh --browser
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo --cache-dir .cache/import-linter
-	@$(BACKEND); $(BIN)/pytest
+	@$(BACKEND); $(BIN)/pytest -n auto --dist loadfile
 
 lock: ## resolve requirements.lock anew from pyproject.toml
 	@python3 -m venv .cache/lock
 	@.cache/lock/bin/pip --quiet --disable-pip-version-check install uv
-	@.cache/lock/bin/uv --quiet pip compile pyproject.toml --group dev --upgrade \
+	@.cache/lock/bin/uv --quiet pip compile pyproject.toml --all-extras --group dev --upgrade \
 	    --universal --python-version 3.11 --generate-hashes \
 	    --no-emit-index-url --no-emit-find-links \
 	    --custom-compile-command "make lock" --output-file requirements.lock

@@ -117,6 +117,15 @@ prepare_rendering() {
     say "rendering with $backend"
 }
 
+# ---- a browser for the tests of the pages ---------------------------------------------------
+
+prepare_browser() { # what it cannot install, the tests skip and say so
+    command -v chromium chromium-browser google-chrome >/dev/null && return
+    if apt_permitted; then apt_install chromium || true; fi
+    command -v chromium chromium-browser google-chrome >/dev/null ||
+        say "no browser: the tests of the pages will be skipped; type: sudo apt-get install chromium"
+}
+
 # ---- what is done already -------------------------------------------------------------------
 
 wanted=$(cat pyproject.toml requirements.lock .ci/setup.sh | sha256sum)
@@ -127,3 +136,4 @@ if [ "$(cat $VENV/.packages 2>/dev/null)" != "$wanted" ] || ! [ -x $VENV/bin/aoi
     echo "$wanted" >$VENV/.packages
 fi
 [ -s $VENV/.backend ] || prepare_rendering
+if [ "${1:-}" = --browser ]; then prepare_browser; fi

@@ -8,7 +8,7 @@ import os
 
 # Before any test imports mujoco or numpy, which read these once.
 os.environ.setdefault("MUJOCO_GL", "egl")
-for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "LP_NUM_THREADS"):
     os.environ[_variable] = "1"
 
 from collections.abc import Callable, Iterator, Mapping

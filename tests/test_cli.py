@@ -97,7 +97,7 @@ def test_a_list_of_shifts_has_to_match_the_trials(tmp_path: Path) -> None:
         "run", "two_tests", "--profile", "ideal", "--trials", "5", "--out", tmp_path / "run"
     )
     assert_one_sentence(run, 2)
-    assert "displacement.shift_mm lists 2 distances for trials_per_world = 5" in run.stderr
+    assert "'displacement.shift_mm' lists 2 distances for trials_per_world = 5" in run.stderr
     assert "give one a trial, or a range" in run.stderr
 
 
@@ -190,10 +190,10 @@ def test_the_doctor_for_machines(doctor_run: Run) -> None:
 
 
 def test_a_doctor_that_finds_something_is_exit_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    from aoicell import cli
+    from aoicell.cli import machine
     from aoicell.doctor import Check
 
-    monkeypatch.setattr(cli, "diagnose", lambda _: iter([Check("one", False, "it is broken")]))
+    monkeypatch.setattr(machine, "diagnose", lambda _: iter([Check("one", False, "it is broken")]))
     run = run_cli("doctor")
     assert run.code == 1
     assert "FAIL one: it is broken" in run.stdout

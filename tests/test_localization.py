@@ -39,7 +39,7 @@ def four(nominal: Nominal, without: str = "") -> tuple[Template, Seen, SE3]:
 @pytest.mark.parametrize("without", ["", "M1", "M2", "M3", "M4"])
 def test_the_board_is_where_it_is(nominal: Nominal, without: str) -> None:
     template, seen, T_N = four(nominal, without)
-    located = localize(seen, template, nominal.cameras["hand"])
+    located = localize(template.look, seen, template, nominal.cameras["hand"])
     assert distance_mm(located.T_camera_target, T_N) < 1e-4
     assert distance_deg(located.T_camera_target, T_N) < 1e-4
 
@@ -47,7 +47,7 @@ def test_the_board_is_where_it_is(nominal: Nominal, without: str) -> None:
 def test_the_single_marker_is_enough_for_its_own_template(nominal: Nominal) -> None:
     T_S = nominal.check.T_target_camera.inverse()
     template, seen = case(nominal, {"M1": CrossMarker().crosses}, T_S, T_S * MOVED)
-    located = localize(seen, template, nominal.cameras["hand"])
+    located = localize(template.look, seen, template, nominal.cameras["hand"])
     assert distance_mm(located.T_camera_target, T_S * MOVED) < 1e-4
 
 
@@ -55,8 +55,8 @@ def test_two_of_four_are_too_few(nominal: Nominal) -> None:
     template, seen, T_N = four(nominal, "M2 M3")
     camera = nominal.cameras["hand"]
     with pytest.raises(TargetNotFound, match=r"2 of 4 markers found, 3 needed \(missing: M2, M3;"):
-        localize(seen, template, camera)
-    fewer = localize(seen, template, camera, LocalizationConfig(min_markers=2))
+        localize(template.look, seen, template, camera)
+    fewer = localize(template.look, seen, template, camera, LocalizationConfig(min_markers=2))
     assert distance_mm(fewer.T_camera_target, T_N) < 1e-4
 
 
@@ -64,10 +64,10 @@ def test_the_layouts_config_is_passed_on(nominal: Nominal) -> None:
     template, seen, _ = four(nominal)
     config = LocalizationConfig(layout=LayoutConfig(max_turn_deg=5))
     with pytest.raises(TargetNotFound, match="markers found"):
-        localize(seen, template, nominal.cameras["hand"], config)
+        localize(template.look, seen, template, nominal.cameras["hand"], config)
 
 
 def test_it_refuses_when_there_is_no_board(nominal: Nominal) -> None:
     template, seen, _ = four(nominal, "M1 M2 M3 M4")
     with pytest.raises(TargetNotFound, match="bring the board back into view"):
-        localize(seen, template, nominal.cameras["hand"])
+        localize(template.look, seen, template, nominal.cameras["hand"])

@@ -12,6 +12,7 @@ __version__ = version("aoicell")
 _PUBLIC = {
     "aoicell.benchmark.runner": ("run_scenario",),
     "aoicell.benchmark.trial": ("describe", "prepare", "run_trial"),
+    "aoicell.benchmark.values": ("trial_values",),
     "aoicell.camera": ("Camera",),
     "aoicell.correction": ("Correction", "correct"),
     "aoicell.errors": ("AoicellError", "InputError", "Refused"),
@@ -21,6 +22,7 @@ _PUBLIC = {
     "aoicell.registration": ("Template",),
     "aoicell.resources": ("find",),
     "aoicell.robot": ("Arm",),
+    "aoicell.targets.layout": ("LocatedLayout", "locate_layout"),
     "aoicell.scenario": ("Scenario", "load_scenario"),
     "aoicell.transforms": ("SE3",),
 }

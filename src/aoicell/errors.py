@@ -5,6 +5,7 @@
     |   |-- ScenarioError            a scenario file: unknown key, illegal value
     |   |-- ModelError               an arm, camera, board or cell folder
     |   `-- RenderingUnavailable     no OpenGL to render with
+    |-- Interrupted                  exit code 130: stopped by Ctrl-C, what is done is kept
     `-- Refused                      exit code 3: a quality gate declines
         |-- TargetNotFound           a board or marker is not in the picture
         |-- Unreachable              no joint solution within the limits
@@ -40,6 +41,12 @@ class ModelError(InputError):
 
 class RenderingUnavailable(InputError):
     """No OpenGL context can be made on this machine."""
+
+
+class Interrupted(AoicellError):
+    """The user stopped a run; what is done is kept."""
+
+    exit_code = 130
 
 
 class Refused(AoicellError):

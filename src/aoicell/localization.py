@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from aoicell.camera import Camera
+from aoicell.observation import Observation
 from aoicell.registration import Template
 from aoicell.targets.layout import LayoutConfig, LocatedLayout, locate_layout
 from aoicell.transforms import Array
@@ -17,7 +19,23 @@ class LocalizationConfig:
     layout: LayoutConfig = field(default_factory=LayoutConfig)
 
 
+class Localizer(Protocol):
+    """Locates the taught board in a picture that was taken from the look-out pose."""
+
+    def __call__(
+        self,
+        observation: Observation,
+        detections: Sequence[Array],
+        template: Template,
+        camera: Camera,
+    ) -> LocatedLayout:
+        """The template's frame in the camera, from the picture or from the marker-like detections
+        (4, 2) px in it. Raises Refused when it cannot be told.
+        """
+
+
 def localize(
+    observation: Observation,
     detections: Sequence[Array],
     template: Template,
     camera: Camera,

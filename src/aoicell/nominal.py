@@ -15,7 +15,7 @@ from aoicell.errors import ModelError
 from aoicell.observation import CameraName
 from aoicell.robot import Arm
 from aoicell.targets.chessboard import Chessboard
-from aoicell.targets.cross_marker import CrossMarker
+from aoicell.targets.marker import Marker, make_marker
 from aoicell.toml_table import TomlTable
 from aoicell.transforms import SE3, Array, from_xyz_rpy, looking_at
 
@@ -77,9 +77,9 @@ class Nominal:
         return next(m for m in self.board.markers if m.role == "positioning")
 
     @property
-    def marker(self) -> CrossMarker:
+    def marker(self) -> Marker:
         """The marker as printed; all markers of a board are alike."""
-        return CrossMarker(size=self.positioning.size, pitch=self.positioning.pitch)
+        return make_marker(self.positioning.kind, self.positioning.size, self.positioning.pitch)
 
     @property
     def T_board_positioning(self) -> SE3:

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeVar
 
-from aoicell.calibration.hand_eye import HandEye, solve_hand_eye
+from aoicell.calibration.hand_eye import HandEye, HandEyeSolver, solve_hand_eye
 from aoicell.calibration.intrinsics import Intrinsics, calibrate_intrinsics
 from aoicell.calibration.poses import INTRINSIC_VIEWS, SETUP_MOTIONS, TABLE_2
 from aoicell.calibration.refinement import refine_hand_eye
 from aoicell.calibration.world import TripodView, WorldSetup, set_up_world
 from aoicell.correction import Correction, correct
 from aoicell.errors import TargetNotFound
-from aoicell.localization import localize
+from aoicell.localization import Localizer, localize
 from aoicell.nominal import Nominal, View
 from aoicell.observation import Cell, Observation, RobotState, capture_at
 from aoicell.registration import (
@@ -44,12 +44,18 @@ class Method:
     refined on the reprojection error; else one tripod picture and the closed form over the
     six poses of Table 2. `all_markers`: one overview of all markers with their measured
     layout; else the positioning marker alone, from P_check. `by_equations`: (2)-(6).
+
+    The other three are open to other packages: how the hand-eye equation is solved, how the
+    board is located in a picture, how targets are found in it (None: as everybody else does).
     """
 
     name: str
     all_views: bool
     all_markers: bool
     by_equations: bool
+    solve_hand_eye: HandEyeSolver = solve_hand_eye
+    localize: Localizer = localize
+    detector: Detector | None = None
 
 
 METHODS: Mapping[str, Method] = MappingProxyType(
@@ -176,7 +182,7 @@ def calibrate(
         )  # fmt: skip
         shown = _hand_pictures(pictures) if method.all_views else pictures.table_2
         used = [picture for picture in shown if picture in uvs]
-        hand_eye, arm = _hand_eye(used, uvs, hand, world, nominal, refine=method.all_views)
+        hand_eye, arm = _hand_eye(used, uvs, hand, world, nominal, method)
         calibrations[method.name] = Calibration(
             hand, tripod, world, hand_eye, arm, (*unused, *unused_hand)
         )
@@ -209,7 +215,7 @@ def _hand_eye(
     hand: Intrinsics,
     world: WorldSetup,
     nominal: Nominal,
-    refine: bool,
+    method: Method,
 ) -> tuple[HandEye, Arm]:
     """A X = Z B, with the half turn of the board settled by where the set-up puts it."""
     target, camera = nominal.tabletarget, hand.camera
@@ -224,8 +230,8 @@ def _hand_eye(
         uvs.append(readings[nearer])
         Ts_camera_target.append(poses[nearer])
     Ts_base_flange = [picture.state.T_base_flange for picture in pictures]
-    result = solve_hand_eye(Ts_base_flange, Ts_camera_target)
-    if not refine:
+    result = method.solve_hand_eye(Ts_base_flange, Ts_camera_target)
+    if not method.all_views:
         return result, nominal.arm
     qs = [picture.state.q for picture in pictures]
     return refine_hand_eye(result, nominal.arm, target, camera, uvs, qs, Ts_camera_target)
@@ -245,7 +251,7 @@ def teach(
         return calibration.T_base_camera(observation.state).actInv(T_base_target)
 
     def found(observation: Observation) -> list[Array]:
-        return detector.markers(observation, marker)
+        return (method.detector or detector).markers(observation, marker)
 
     check, overview = pictures.check, pictures.overview
     if not method.all_markers:
@@ -278,8 +284,8 @@ def relocate(
     detector: Detector = IN_PICTURES,
 ) -> Correction:
     """From that picture: where the board is, and the corrected taught views."""
-    detections = detector.markers(observation, nominal.marker)
-    located = localize(detections, template, calibration.hand.camera)
+    detections = (method.detector or detector).markers(observation, nominal.marker)
+    located = method.localize(observation, detections, template, calibration.hand.camera)
     return correct(
         template, located, calibration.T_base_camera(template.look.state),
         calibration.T_base_camera(observation.state), calibration.arm, method.by_equations,

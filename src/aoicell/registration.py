@@ -13,8 +13,8 @@ from aoicell.board import BoardDesign
 from aoicell.camera import Camera
 from aoicell.errors import TargetNotFound
 from aoicell.observation import Observation
-from aoicell.targets.cross_marker import CrossMarker
 from aoicell.targets.layout import Layout, LocatedLayout, identify, locate_layout
+from aoicell.targets.marker import Marker
 from aoicell.targets.pose import solve_pose
 from aoicell.transforms import SE3, Array, apply, from_rvec, from_xyz_rpy
 
@@ -57,7 +57,7 @@ def register(
     return Template(layout, look, taught, tuple(views))
 
 
-def designed_layout(board: BoardDesign, marker: CrossMarker) -> Layout:
+def designed_layout(board: BoardDesign, marker: Marker) -> Layout:
     """Cross centres (4, 3) by marker id in the board's frame, as drawn."""
     return {
         m.id: apply(from_xyz_rpy([m.x, m.y, m.z], [0, 0, m.rotation]), marker.crosses)

@@ -1,58 +1,70 @@
-"""The error budget on a few cheap cells: the same on any number of workers, and its statistics."""
+"""The error budget of a run, and its statistics."""
 
-from concurrent.futures import ThreadPoolExecutor
-from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from aoicell.benchmark import budget
-from aoicell.benchmark.budget import Estimate, as_rows, cases, percentile_of, run_budget, shares
-from aoicell.benchmark.sources import SOURCES
-from aoicell.benchmark.workers import local_workers
-from aoicell.report.budget import budget_chart, budget_table, conclusion, reproduction_chart
+from aoicell.benchmark.budget import Estimate, percentile_of, read_budget, shares
+from aoicell.errors import AoicellError, InputError
 from aoicell.resources import find
-from aoicell.scenario import Scenario, load_scenario
+from aoicell.scenario import Scenario, cases_of, load_scenario
+from aoicell.sim.sources import SOURCES
 
+from .records_by_hand import refused, stored, trial, view
 
-@pytest.fixture(scope="module")
-def scenario() -> Scenario:
-    return load_scenario(find("scenarios", "error_budget"), worlds=2)
+TWO = {"isolate": ["gravity"], "ablate": ["gravity"], "methods": ["paper"]}
 
 
 def estimate(*cells: float) -> Estimate:
-    return Estimate(float(np.mean(cells)), min(cells), max(cells), cells)
+    return Estimate(float(np.mean(cells)), min(cells), max(cells), cells, cells)
 
 
-def test_cases_are_all_then_each_source_alone_and_all_but_it(scenario: Scenario) -> None:
-    listed = [(case.kind, case.source) for case in cases(scenario)]
-    assert listed[0] == ("all", "")
-    assert {source for kind, source in listed if kind == "alone"} == set(SOURCES)
-    assert {source for kind, source in listed if kind == "without"} == set(SOURCES)
+@pytest.fixture
+def scenario() -> Scenario:
+    return Scenario(name="s", profile="paper", worlds=2, **TWO)  # type: ignore[arg-type]
 
 
-def test_a_source_that_is_off_is_no_case(scenario: Scenario) -> None:
-    only_arm = scenario.model_copy(update={"profile": "ideal", "knobs": {"joint_zero_deg": 0.1}})
-    assert [case.source for case in cases(only_arm) if case.kind == "alone"] == ["arm geometry"]
+def test_the_shipped_budget_has_each_source_alone_and_all_but_it() -> None:
+    cases = cases_of(load_scenario(find("scenarios", "error_budget")))
+    assert (cases[0].kind, cases[0].label) == ("as it stands", "")
+    for kind in ("alone", "without"):
+        assert {case.label for case in cases if case.kind == kind} == set(SOURCES)
 
 
-def test_the_same_numbers_on_any_number_of_workers(
-    scenario: Scenario, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(budget, "cases", lambda s: islice(cases(s), 2))
-    seen: list[tuple[int, int]] = []
-    with ThreadPoolExecutor(1) as one:
-        alone = run_budget(scenario, one, lambda *counts: seen.append(counts))
-    assert seen == [(n, 4) for n in (1, 2, 3, 4)]
-    with local_workers(2) as two:
-        shared = run_budget(scenario, two, lambda *counts: None)
-    assert as_rows(alone)
-    assert as_rows(alone) == as_rows(shared)
-    for method in scenario.methods:
-        assert alone.refused["all", "", method] == 0
-        everything = alone.table["all", "", method, "residual_mm"]
-        assert len(everything.cells) == scenario.worlds
-        assert everything.low <= everything.mean <= everything.high
+def test_a_cells_value_is_the_mean_of_its_tests(tmp_path: Path, scenario: Scenario) -> None:
+    trials = [
+        trial(0, views=[view(mm=1.0)]),
+        trial(1, views=[view(mm=3.0)]),
+        trial(0, world=1, views=[view(mm=6.0)]),
+        refused(1, world=1),
+        trial(0, case=1, views=[view(mm=0.5)]),
+        refused(0, case=2),
+    ]
+    study = read_budget(stored(tmp_path, trials, scenario=scenario))
+    everything = study.table["all", "", "paper", "residual_mm"]
+    assert everything.cells == (2.0, 6.0)
+    assert everything.tests == (1.0, 3.0, 6.0)
+    assert everything.mean == 4.0
+    assert everything.low <= everything.mean <= everything.high
+    assert study.table["alone", "gravity", "paper", "residual_mm"].cells == (0.5,)
+    assert ("without", "gravity", "paper", "residual_mm") not in study.table
+    assert study.refused == {
+        ("all", "", "paper"): 1,
+        ("alone", "gravity", "paper"): 0,
+        ("without", "gravity", "paper"): 1,
+    }
+
+
+def test_a_defect_is_no_residual(tmp_path: Path, scenario: Scenario) -> None:
+    failed = trial(0, outcome="failed", reason="ZeroDivisionError: x", views=[])
+    with pytest.raises(AoicellError, match="a trial failed, ZeroDivisionError"):
+        read_budget(stored(tmp_path, [failed], scenario=scenario))
+
+
+def test_another_run_has_no_budget(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="its scenario needs isolate and ablate"):
+        read_budget(stored(tmp_path, [trial()]))
 
 
 def test_shares_are_of_the_squares_and_add_up() -> None:
@@ -69,31 +81,3 @@ def test_shares_are_of_the_squares_and_add_up() -> None:
 def test_a_percentile_is_the_share_below() -> None:
     assert percentile_of(2.5, [1, 2, 3, 4]) == 50
     assert percentile_of(0.0, [1, 2]) == 0
-
-
-def a_table(lateral: float) -> budget.Table:
-    table = {}
-    for method in ("paper", "aoicell"):
-        for quantity in budget.QUANTITIES:
-            table["all", "", method, quantity] = estimate(lateral, lateral * 1.5)
-            for source in SOURCES:
-                table["alone", source, method, quantity] = estimate(0.1, 0.2)
-            table["alone", "gravity", method, quantity] = estimate(1.0, 2.0)
-    return table
-
-
-def test_the_conclusion_names_the_largest_source_and_the_papers_place() -> None:
-    inside = conclusion(a_table(3.5), ["paper", "aoicell"])
-    assert "paper is left with 4.38 mm" in inside
-    assert "most come from gravity (" in inside
-    assert "mean of 3.97 mm at the 50th" in inside
-    assert "mean of 3.97 mm at the 100th" in conclusion(a_table(0.1), ["paper", "aoicell"])
-    assert conclusion({}, ["aoicell"]) == "aoicell corrected no trial with all sources together."
-
-
-def test_table_and_charts_can_be_drawn() -> None:
-    table = a_table(3.5)
-    study = budget.Budget(table, {}, trials=4)
-    assert budget_table(study, ["paper", "aoicell"]).row_count == 2 * (len(SOURCES) + 1)
-    assert len(budget_chart(table, ["paper", "aoicell"]).axes) == 2
-    assert len(reproduction_chart(table).axes) == 2

@@ -2,27 +2,29 @@
 
 import sqlite3
 from pathlib import Path
+from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 
+from aoicell.benchmark.records import TrialRecord
 from aoicell.benchmark.store import RunStore
 from aoicell.errors import InputError
-from aoicell.nominal import Nominal
-from aoicell.observation import Observation, RobotState
 from aoicell.scenario import Scenario
 
-from .records_by_hand import refused, trial, view, world
+from .records_by_hand import refused, stored, trial, view, world
 
 SCENARIO = Scenario(name="x", title="Ünïcode", seed=3, knobs={"k1": -0.1})
 
 
 @pytest.fixture
 def store(tmp_path: Path) -> RunStore:
-    store = RunStore(tmp_path / "deep" / "run")
-    store.create(SCENARIO, {"python": "3"})
-    return store
+    return stored(tmp_path / "deep" / "run", [], scenario=SCENARIO)
+
+
+def add(store: RunStore, *records: TrialRecord) -> None:
+    with store.writing() as writer:
+        writer.add_trial(SCENARIO.seed, records)
 
 
 def test_records_read_back_the_same(store: RunStore) -> None:
@@ -30,48 +32,80 @@ def test_records_read_back_the_same(store: RunStore) -> None:
         trial(0, "aoicell", views=[view("V1", 1 / 3, (0.1, None)), view("V2", 2.0)]),
         refused(0),
         trial(1, "aoicell", T_base_board_now=np.random.default_rng(0).random((4, 4)).tolist()),
+        trial(0, "aoicell", case=1, number=2),
     ]
     for record in reversed(trials):
-        store.add_trial(record)
-    for record in (world(1), world(0)):
-        store.add_world(record)
+        add(store, record)
+    with store.writing() as writer:
+        for one in (world(1), world(0), world(0)):
+            writer.add_world(one)  # the same again is passed over
     again = RunStore(store.folder)
-    assert again.trials() == trials  # by world, trial and method, whatever the order of arrival
+    assert list(again.trials()) == trials  # in order, whatever the order of arrival
+    assert list(again.trials("method = ? AND trial = ?", "aoicell", 1)) == [trials[2]]
     assert again.worlds() == [world(0), world(1)]
     assert again.scenario() == SCENARIO
     assert again.read_json("environment.json") == {"python": "3"}
 
 
 def test_the_columns_are_for_people_with_sql(store: RunStore) -> None:
-    store.add_trial(trial(views=[view("V1", 1.0, (1.0, 3.0)), view("V2", 2.0, (None,))]))
-    store.add_trial(refused(1))
+    add(store, trial(views=[view("V1", 1.0, (1.0, 3.0)), view("V2", 2.0, (None,))]))
+    add(store, refused(1))
     connection = sqlite3.connect(store.folder / "trials.sqlite")
-    rows = connection.execute("SELECT trial, outcome, reason, displacement_mm FROM trials")
-    assert list(rows) == [(0, "corrected", "", 50.0), (1, "refused", "marker M1 is missing", 250.0)]
-    rows = connection.execute("SELECT view, residual_mm, detected_px, true_px FROM views")
-    assert list(rows) == [("V1", 1.0, 2.0, pytest.approx(1.9)), ("V2", 2.0, None, 1.9)]
+    rows = connection.execute(
+        "SELECT number, seed, outcome, reason, displacement_mm, residual_mm FROM trials"
+    )
+    assert list(rows) == [
+        (0, 3, "corrected", "", 50.0, 1.5),
+        (1, 3, "refused", "marker M1 is missing", 250.0, None),
+    ]
+    rows = connection.execute("SELECT view, residual_mm, y_mm, detected_px, true_px FROM views")
+    assert list(rows) == [
+        ("V1", 1.0, -0.48, 2.0, pytest.approx(1.9)),
+        ("V2", 2.0, -0.96, None, 1.9),
+    ]
     connection.close()
 
 
+def test_columns_are_arrays_and_null_is_no_number(store: RunStore) -> None:
+    add(store, trial(views=[view("V1", 1.0), view("V2", 2.0)]), refused(0, "aoicell"))
+    trials = store.columns("trials")
+    assert list(trials["method"]) == ["aoicell", "paper"]
+    np.testing.assert_array_equal(trials["residual_mm"], [np.nan, 1.5])
+    assert "record" not in trials
+    views = store.columns("views", ["view", "x_mm"])
+    assert list(views) == ["view", "x_mm"]
+    np.testing.assert_allclose(views["x_mm"], [0.36, 0.72])
+
+
+def test_what_is_done_is_known_world_by_world(store: RunStore) -> None:
+    add(store, trial(0), trial(0, "aoicell"))
+    add(store, trial(3, world=1))
+    assert store.trials_done(0, 0) == {0}
+    assert store.trials_done(0, 1) == {3}
+    assert store.trials_done(1, 0) == set()
+    assert store.count_trials() == 2
+
+
 def test_a_new_run_replaces_the_old_one(store: RunStore) -> None:
-    store.add_trial(trial())
+    add(store, trial())
     store.create(SCENARIO, {})
-    assert store.trials() == []
-    store.add_trial(trial())
+    assert list(store.trials()) == []
+    add(store, trial())
 
 
-def test_a_trial_is_kept_once(store: RunStore) -> None:
-    store.add_trial(trial())
-    with pytest.raises(sqlite3.IntegrityError):
-        store.add_trial(trial())
-    assert store.trials() == [trial()]
+def test_a_trial_is_kept_once_and_whole(store: RunStore) -> None:
+    add(store, trial())
+    with pytest.raises(sqlite3.IntegrityError):  # nothing of what comes with it, either
+        add(store, trial(method="aoicell"), trial())
+    assert list(store.trials()) == [trial()]
 
 
 @pytest.mark.parametrize("read", [RunStore.trials, RunStore.worlds, RunStore.scenario])
-def test_a_folder_that_is_no_run_is_refused(tmp_path: Path, read: object) -> None:
+def test_a_folder_that_is_no_run_is_refused(tmp_path: Path, read: Any) -> None:
     for folder in (tmp_path, tmp_path / "none"):
+        assert not RunStore(folder).exists
         with pytest.raises(InputError, match=str(folder)):
-            read(RunStore(folder))  # type: ignore[operator]
+            list(read(RunStore(folder)))
     assert list(tmp_path.iterdir()) == []  # and reading leaves nothing behind
 
 
@@ -82,22 +116,23 @@ def test_a_damaged_run_is_refused(store: RunStore, tmp_path: Path, case: str) ->
     (tmp_path / "file").touch()
     use = {
         "no summary": lambda: store.read_json("summary.json"),
-        "no database": store.trials,
+        "no database": lambda: list(store.trials()),
         "a file in the way": lambda: RunStore(tmp_path / "file").create(SCENARIO, {}),
     }
     with pytest.raises(InputError):
         use[case]()
 
 
-@pytest.mark.parametrize("colour", [False, True])
-def test_pictures_are_kept_as_they_are(store: RunStore, nominal: Nominal, colour: bool) -> None:
-    shape = (6, 8, 3) if colour else (6, 8)
-    image = np.random.default_rng(0).integers(0, 256, shape).astype(np.uint8)
-    state = RobotState(nominal.q_home, nominal.arm.fk(nominal.q_home))
-    standard = store.image_path(0, "V1")
-    new = store.image_path(0, "V1", trial=1, method="paper")
-    assert standard != new
-    store.add_image(new, Observation(image, state))
-    read = cv2.imread(str(new), cv2.IMREAD_UNCHANGED)
-    np.testing.assert_array_equal(read[:, :, ::-1] if colour else read, image)  # BGR in OpenCV
-    assert new.parent == store.images
+def test_pictures_are_kept_under_names_of_their_own(store: RunStore) -> None:
+    paths = {
+        store.image_path(world, view, trial, method, case)
+        for case in (0, 1)
+        for world in (0, 1)
+        for view in ("V1", "V2")
+        for trial, method in ((None, ""), (0, "paper"), (0, "aoicell"), (1, "paper"))
+    }
+    assert len(paths) == 32
+    for path in paths:
+        store.add_image(path, b"png")
+        assert path.read_bytes() == b"png"
+    assert {path.name for path in store.images.iterdir()} == {path.name for path in paths}

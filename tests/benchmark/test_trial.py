@@ -33,13 +33,18 @@ def with_displacement(session: Session, trials: int = 1, **changes: Any) -> Sess
     return replace(session, scenario=scenario)
 
 
+def drawn(session: Session, trial: int) -> SE3:
+    """The board's motion in a trial."""
+    return draw_displacement(session.scenario, session.world, session.T_base_board_taught, trial)
+
+
 # -- The exact cell ----------------------------------------------------------
 
 
 def true_residuals(session: Session, trial: int, method: str) -> tuple[list[float], list[float]]:
     """mm and px of each view from truth, as the records have them, without new pictures."""
     world, template = session.world, session.templates[method]
-    motion = draw_displacement(session.scenario, session, trial)
+    motion = drawn(session, trial)
     world.place_board(motion * session.T_base_board_taught)
     world.begin(trial)
     picture = look(session.cell, template)
@@ -135,7 +140,7 @@ def test_displacements_are_drawn_within_their_ranges(
         shift_mm={"min": mm[0], "max": mm[1]},
         turn_deg={"min": deg[0], "max": deg[1]},
     )
-    motion = draw_displacement(session.scenario, session, trial)
+    motion = drawn(session, trial)
     T = ideal_session.T_base_board_taught * ideal_session.nominal.T_board_positioning
     moved = 1e3 * (motion.act(T.translation) - T.translation)
     assert mm[0] - 1e-9 <= np.linalg.norm(moved) <= mm[1] + 1e-9
@@ -156,7 +161,7 @@ def test_lift_and_tilt_lead_out_of_the_plane(ideal_session: Session) -> None:
     )
     T = ideal_session.T_base_board_taught * ideal_session.nominal.T_board_positioning
     for trial, shift in enumerate((10, 20, 30)):
-        motion = draw_displacement(session.scenario, session, trial)
+        motion = drawn(session, trial)
         moved = 1e3 * (motion.act(T.translation) - T.translation)
         assert moved[2] == pytest.approx(4)
         assert np.linalg.norm(moved) == pytest.approx(shift)
@@ -164,7 +169,7 @@ def test_lift_and_tilt_lead_out_of_the_plane(ideal_session: Session) -> None:
 
 
 def test_directions_differ_from_trial_to_trial(ideal_session: Session) -> None:
-    motions = [draw_displacement(ideal_session.scenario, ideal_session, k) for k in range(TRIALS)]
+    motions = [drawn(ideal_session, k) for k in range(TRIALS)]
     T = ideal_session.T_base_board_taught * ideal_session.nominal.T_board_positioning
     moved = np.array([m.act(T.translation) - T.translation for m in motions])
     quadrants = {(x > 0, y > 0) for x, y, _ in moved}
@@ -201,8 +206,8 @@ def test_the_same_scenario_gives_the_same_numbers_bit_for_bit(
 def test_leaving_a_method_out_changes_nothing_for_the_other(
     paper_session: Session, paper_trial: dict[str, TrialRecord]
 ) -> None:
-    alone = paper_session.scenario.model_copy(update={"methods": ["paper"]})
-    (result,) = run_trial(replace(paper_session, scenario=alone), 0)
+    alone = replace(paper_session, methods={"paper": paper_session.methods["paper"]})
+    (result,) = run_trial(alone, 0)
     assert numbers(result.record) == numbers(paper_trial["paper"])
 
 

@@ -48,6 +48,7 @@ def ideal_rehearsal(nominal: Nominal) -> Iterator[Rehearsal]:
         world,
         cell,
         IN_PICTURES,
+        {m.name: m for m in methods},
         calibrations,
         taught,
         templates,

@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from benchmark.records_by_hand import refused, trial, view, world
+from benchmark.records_by_hand import refused, stored, trial, view, world
 
 from aoicell.benchmark.records import MarkerRecord, TrialRecord, ViewRecord
 from aoicell.benchmark.store import RunStore
@@ -18,7 +18,8 @@ from aoicell.transforms import SE3, from_xyz_rpy
 METHODS = ("paper", "aoicell")
 MOTION = from_xyz_rpy([0.03, 0.04, 0], [0, 0, 0.1])
 CROSSES = np.array([[200.0, 100], [290, 110], [280, 200], [190, 190]])
-DRAWN = {"schematic.png", "schematic.svg", "distance_errors.png", "distance_errors.svg"}
+FORMATS = ("png", "svg", "pdf")
+DRAWN = {f"{name}.{ending}" for name in ("schematic", "distance_errors") for ending in FORMATS}
 PICTURED = {"standard_images.png", "view_V1.png", "view_V2.png"}
 
 
@@ -30,7 +31,10 @@ def view_at(nominal: Nominal, index: int, px: float) -> ViewRecord:
         "M2", px, px, 0.19 * px, CROSSES.tolist(), np.add(CROSSES, [px, 0]).tolist()
     )
     poses = [taught.homogeneous.tolist(), (MOTION * taught).homogeneous.tolist()]
-    return ViewRecord(design.id, 20, 0.2 * px, 0.19 * px, 0.05 * px, 0.1, [seen], *poses)
+    vector = [0.19 * px, 0.0, 0.05 * px]
+    return ViewRecord(
+        design.id, 20, 0.2 * px, vector, None, 0.19 * px, 0.05 * px, 0.1, [seen], *poses
+    )
 
 
 def trials_of(nominal: Nominal, count: int = 2) -> list[TrialRecord]:
@@ -46,15 +50,10 @@ def trials_of(nominal: Nominal, count: int = 2) -> list[TrialRecord]:
 
 
 def run_directory(folder: Path, trials: list[TrialRecord], worlds: int = 1) -> RunStore:
-    store = RunStore(folder)
     each = len({t.trial for t in trials})
     shown = Scenario(name="s", worlds=worlds, trials_per_world=each, store=Store(images=True))
-    store.create(shown, {})
-    for index in range(worlds):
-        store.add_world(world(index))
-    for record in trials:
-        store.add_trial(record)
-    store.write_json("summary.json", summarise(shown, store.worlds(), trials, 1.0, 0.5))
+    store = stored(folder, trials, [world(index) for index in range(worlds)], shown)
+    store.write_json("summary.json", summarise(shown, store, 1.0, 0.5))
     return store
 
 
@@ -114,7 +113,7 @@ def test_a_marker_that_was_not_detected(tmp_path: Path, nominal: Nominal) -> Non
     trials = trials_of(nominal)
     poses = trials[0].views[0]
     unseen = ViewRecord(
-        "V1", 20, 1.0, 0.6, 0.8, 0.1, view(px=(None,)).markers,
+        "V1", 20, 1.0, [0.6, 0, 0.8], None, 0.6, 0.8, 0.1, view(px=(None,)).markers,
         poses.T_base_camera_taught, poses.T_base_camera_new,
     )  # fmt: skip
     trials[0] = trial(0, "paper", views=[unseen, trials[0].views[1]])
@@ -125,7 +124,7 @@ def test_a_marker_that_was_not_detected(tmp_path: Path, nominal: Nominal) -> Non
 
 def test_many_trials_are_drawn_as_a_distribution(tmp_path: Path, nominal: Nominal) -> None:
     written = write_figures(run_directory(tmp_path, trials_of(nominal, 6)), nominal)
-    assert names(written) == DRAWN | {"distribution.png", "distribution.svg"}
+    assert names(written) == DRAWN | {f"distribution.{ending}" for ending in FORMATS}
     check_drawn(written)
 
 

@@ -2,14 +2,15 @@
 
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from benchmark.records_by_hand import refused, trial, world
+from benchmark.records_by_hand import refused, stored, trial, world
 from rich.console import Console
 
-from aoicell.benchmark.records import MarkerRecord
+from aoicell.benchmark.records import MarkerRecord, TrialRecord
 from aoicell.benchmark.summary import summarise
 from aoicell.report.pictures import magnification, view_comparison
 from aoicell.report.style import NEW, STANDARD, new_figure, save
@@ -52,7 +53,12 @@ def test_photographs_are_small_and_marks_keep_their_colours(tmp_path: Path) -> N
     assert path.stat().st_size < image.size / 2
 
 
-def test_tables_fit_80_columns_and_name_every_refusal() -> None:
+def summary_of(folder: Path, trials: list[TrialRecord]) -> dict[str, Any]:
+    scenario = Scenario(name="s")
+    return summarise(scenario, stored(folder, trials, [world()], scenario), 1.0, 0.5)
+
+
+def test_tables_fit_80_columns_and_name_every_refusal(tmp_path: Path) -> None:
     trials = [
         trial(0, "aoicell"),
         trial(1, "aoicell"),
@@ -61,7 +67,7 @@ def test_tables_fit_80_columns_and_name_every_refusal() -> None:
     ]
     tables = [
         residual_table(trials, "paper"),
-        summary_table(summarise(Scenario(name="s"), [world()], trials, 1.0, 0.5), trials),
+        summary_table(summary_of(tmp_path, trials), trials),
     ]
     for table in tables:
         output = StringIO()
@@ -73,10 +79,10 @@ def test_tables_fit_80_columns_and_name_every_refusal() -> None:
         assert "test 2 was refused: M1 [0 of 4] at P_check" in text
 
 
-def test_tests_of_several_worlds_are_told_apart() -> None:
+def test_tests_of_several_worlds_are_told_apart(tmp_path: Path) -> None:
     trials = [trial(0), trial(0, world=1)]
     output = StringIO()
     Console(file=output, width=100).print(
-        summary_table(summarise(Scenario(name="s"), [world()], trials, 1.0, 0.5), trials)
+        summary_table(summary_of(tmp_path, trials), trials)
     )
     assert "paper, world 2 test 1" in output.getvalue()

@@ -2,9 +2,10 @@
 
 import re
 from io import StringIO
+from pathlib import Path
 
 import pytest
-from benchmark.records_by_hand import refused, trial, view, world
+from benchmark.records_by_hand import refused, stored, trial, view, world
 from rich.console import Console
 from rich.table import Table
 
@@ -31,8 +32,10 @@ def numbers(table: Table, row: str) -> list[float]:
     return [float(text) for text in re.findall(r"-?\d+\.?\d*", found[0])]
 
 
-def summary(trials: list[TrialRecord], worlds: list[WorldRecord]) -> Table:
-    return summary_table(summarise(SCENARIO, worlds, trials, 1.0, 0.5), trials)
+def summary(folder: Path, trials: list[TrialRecord], worlds: list[WorldRecord]) -> Table:
+    store = stored(folder, trials, worlds, SCENARIO)
+    few = trials if len({t.trial for t in trials}) <= 4 else []
+    return summary_table(summarise(SCENARIO, store, 1.0, 0.5), few)
 
 
 def test_hand_eye_beside_truth_and_the_paper() -> None:
@@ -72,14 +75,14 @@ def test_a_refused_trial_is_named_with_its_reason() -> None:
     assert "marker M1 is missing" in text
 
 
-def test_the_summary_of_few_trials_shows_each() -> None:
+def test_the_summary_of_few_trials_shows_each(tmp_path: Path) -> None:
     trials = [
         trial(0, views=[view(mm=5.0, px=(20.0,))]),
         trial(1, views=[view(mm=3.0, px=(10.0,))]),
         trial(0, "aoicell", views=[view(mm=0.1, px=(0.5,))]),
         refused(1, "aoicell"),
     ]
-    table = summary(trials, [world(floor=0.031)])
+    table = summary(tmp_path, trials, [world(floor=0.031)])
     assert numbers(table, "paper as printed, test 1") == [49.1, 5.15, 91.5]
     assert numbers(table, "paper as printed, test 2") == [50.6, 3.8, 92.5]
     assert numbers(table, "paper as printed, mean") == [3.97, 21.09]
@@ -94,17 +97,17 @@ def test_the_summary_of_few_trials_shows_each() -> None:
     assert numbers(table, "floor") == [0.031]
 
 
-def test_the_summary_of_many_trials_shows_statistics() -> None:
+def test_the_summary_of_many_trials_shows_statistics(tmp_path: Path) -> None:
     trials = [trial(k, views=[view(mm=float(k))]) for k in range(1, 21)] + [refused(21)]
-    table = summary(trials, [world()])
+    table = summary(tmp_path, trials, [world()])
     assert numbers(table, "paper, mean of 20")[:2] == [50, 10.5]
     assert numbers(table, "paper, 95th percentile")[:2] == [50, pytest.approx(19.05)]
     assert numbers(table, "paper: 1 refused") == [0]
     assert not [line for line in rendered(table) if line.startswith("paper, test")]
 
 
-def test_a_run_in_which_all_was_refused_still_has_its_tables() -> None:
+def test_a_run_in_which_all_was_refused_still_has_its_tables(tmp_path: Path) -> None:
     trials = [refused(0), refused(1)]
     assert numbers(residual_table(trials, "paper"), "mean") == []
-    table = summary(trials, [world()])
+    table = summary(tmp_path, trials, [world()])
     assert numbers(table, "paper, mean of 0") == []

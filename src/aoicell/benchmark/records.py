@@ -25,11 +25,17 @@ class MarkerRecord:
 
 @dataclass(frozen=True)
 class ViewRecord:
-    """One inspection view after a correction, scored from truth at `points` component points."""
+    """One inspection view after a correction, scored from truth at `points` component points.
+
+    `vector_mm` is the signed mean of the residual vectors in the camera's axes; `predicted_mm`
+    what the software itself expects of the residual, null when it does not say.
+    """
 
     id: str
     points: int
     residual_mm: float
+    vector_mm: list[float]
+    predicted_mm: float | None
     lateral_mm: float
     depth_mm: float
     deg: float
@@ -40,8 +46,13 @@ class ViewRecord:
 
 @dataclass(frozen=True)
 class TrialRecord:
-    """One method on one displacement."""
+    """One method on one displacement, in one world of one case of the scenario.
 
+    `number` counts the trials of the whole run: it repeats this one alone.
+    """
+
+    case: int
+    number: int
     world: int
     trial: int
     method: str
@@ -74,8 +85,9 @@ class HandEyeRecord:
 
 @dataclass(frozen=True)
 class WorldRecord:
-    """What was calibrated once in a world, and what its arm can do at best."""
+    """What was calibrated once in a world of a case, and what its arm can do at best."""
 
+    case: int
     world: int
     arm_floor_mm: float
     hand_eyes: list[HandEyeRecord]

@@ -31,7 +31,12 @@ def visible_points(world: World, taught: Truth) -> Array:
 
 
 def score_view(
-    world: World, id: str, standard: Observation, new: Observation, detector: Detector
+    world: World,
+    id: str,
+    standard: Observation,
+    new: Observation,
+    detector: Detector,
+    predicted_mm: float | None = None,
 ) -> ViewRecord:
     """One view, at component points and at the markers that it shows."""
     before, after = world.truth_of(standard), world.truth_of(new)
@@ -41,6 +46,8 @@ def score_view(
         id=id,
         points=len(points),
         residual_mm=float(np.linalg.norm(vectors, axis=1).mean()),
+        vector_mm=vectors.mean(axis=0).tolist(),
+        predicted_mm=predicted_mm,
         lateral_mm=float(np.linalg.norm(vectors[:, :2], axis=1).mean()),
         depth_mm=float(np.abs(vectors[:, 2]).mean()),
         deg=distance_deg(before.T_camera_board, after.T_camera_board),

@@ -1,34 +1,45 @@
-"""The run directory: resolved scenario, trials in SQLite, summary, environment, images."""
+"""The run directory: resolved scenario, trials in SQLite, summary, environment, images.
+
+A trial with all its methods is one transaction in a write-ahead log: a run that is killed at
+any moment keeps every trial that it has finished, and no part of another.
+"""
 
 import json
+import os
 import shutil
 import sqlite3
-from collections.abc import Mapping
-from contextlib import closing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import cv2
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from aoicell.benchmark.records import TrialRecord, WorldRecord
-from aoicell.benchmark.summary import view_px
+from aoicell.benchmark.values import trial_values, view_values
 from aoicell.errors import InputError
-from aoicell.observation import Observation
 from aoicell.scenario import Scenario, load_scenario
 
-_SCHEMA = """
-CREATE TABLE IF NOT EXISTS worlds (world INTEGER PRIMARY KEY, record TEXT NOT NULL);
+_KEY = "case_index INTEGER, world INTEGER, trial INTEGER, method TEXT"
+_SCHEMA = f"""
+CREATE TABLE IF NOT EXISTS worlds (
+  case_index INTEGER, world INTEGER, record TEXT NOT NULL, PRIMARY KEY (case_index, world));
 CREATE TABLE IF NOT EXISTS trials (
-  world INTEGER, trial INTEGER, method TEXT, outcome TEXT, reason TEXT,
-  displacement_mm REAL, turn_deg REAL, record TEXT NOT NULL,
-  PRIMARY KEY (world, trial, method));
+  {_KEY}, number INTEGER, seed INTEGER, outcome TEXT, reason TEXT, displacement_mm REAL,
+  turn_deg REAL, measured_shift_mm REAL, correction_seconds REAL, residual_mm REAL,
+  lateral_mm REAL, depth_mm REAL, deg REAL, predicted_mm REAL, x_mm REAL, y_mm REAL, z_mm REAL,
+  detected_px REAL, true_px REAL, image_mm REAL, record TEXT NOT NULL,
+  PRIMARY KEY (case_index, world, trial, method));
 CREATE TABLE IF NOT EXISTS views (
-  world INTEGER, trial INTEGER, method TEXT, view TEXT, residual_mm REAL, lateral_mm REAL,
-  depth_mm REAL, deg REAL, detected_px REAL, true_px REAL, image_mm REAL,
-  PRIMARY KEY (world, trial, method, view));
+  {_KEY}, view TEXT, residual_mm REAL, lateral_mm REAL, depth_mm REAL, deg REAL,
+  predicted_mm REAL, x_mm REAL, y_mm REAL, z_mm REAL, detected_px REAL, true_px REAL,
+  image_mm REAL, PRIMARY KEY (case_index, world, trial, method, view));
 """
+TABLES = ("trials", "views")
+Columns = dict[str, NDArray[Any]]
 
 
 class RunStore:
@@ -39,6 +50,8 @@ class RunStore:
         self.images = folder / "images"
         self.figures = folder / "figures"
         self._database = folder / "trials.sqlite"
+
+    # -- Writing ------------------------------------------------------------------------------
 
     def create(self, scenario: Scenario, environment: Mapping[str, Any]) -> None:
         """Start an empty run; what an earlier run left under the same name is replaced.
@@ -54,72 +67,48 @@ class RunStore:
             ) from None
         for old in (self.images, self.figures):
             shutil.rmtree(old, ignore_errors=True)
-        (self.folder / "summary.json").unlink(missing_ok=True)
+        for name in ("summary.json", "report.html", "budget.json"):
+            (self.folder / name).unlink(missing_ok=True)
         for suffix in ("", "-wal", "-shm"):
             Path(f"{self._database}{suffix}").unlink(missing_ok=True)
-        (self.folder / "scenario.toml").write_text(scenario.to_toml())
-        self.write_json("environment.json", environment)
         with closing(self._connect()) as connection:
             connection.executescript(_SCHEMA)
+        self.write_json("environment.json", environment)
+        _write(self.folder / "scenario.toml", scenario.to_toml().encode())
 
-    def _connect(self) -> sqlite3.Connection:
-        connection = sqlite3.connect(self._database)
-        connection.execute("PRAGMA journal_mode=WAL")
-        return connection
+    @contextmanager
+    def writing(self) -> Iterator["TrialWriter"]:
+        """One connection for all that a run adds."""
+        with closing(self._connect()) as connection:
+            yield TrialWriter(connection)
 
-    def add_world(self, record: WorldRecord) -> None:
-        """Keep what was calibrated in a world."""
-        with closing(self._connect()) as connection, connection:
-            connection.execute(
-                "INSERT INTO worlds VALUES (?, ?)", (record.world, json.dumps(asdict(record)))
-            )
+    def write_json(self, name: str, values: Mapping[str, Any]) -> None:
+        """A JSON file of the run directory."""
+        _write(self.folder / name, (json.dumps(values, indent=2) + "\n").encode())
 
-    def add_trial(self, record: TrialRecord) -> None:
-        """Keep one method's trial and its views, in one transaction."""
-        key = (record.world, record.trial, record.method)
-        with closing(self._connect()) as connection, connection:
-            connection.execute(
-                "INSERT INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                (*key, record.outcome, record.reason, record.displacement_mm, record.turn_deg,
-                 json.dumps(asdict(record))),
-            )  # fmt: skip
-            connection.executemany(
-                "INSERT INTO views VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                [
-                    (*key, v.id, v.residual_mm, v.lateral_mm, v.depth_mm, v.deg,
-                     *(view_px(v, name) for name in ("detected_px", "true_px", "image_mm")))
-                    for v in record.views
-                ],
-            )  # fmt: skip
+    def add_image(self, path: Path, png: bytes) -> None:
+        """Keep an encoded picture."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _write(path, png)
 
-    def worlds(self) -> list[WorldRecord]:
-        """All worlds of the run."""
-        adapter = TypeAdapter(WorldRecord)
-        return [adapter.validate_json(text) for text in self._column("worlds", "world")]
+    def image_path(
+        self, world: int, view: str, trial: int | None = None, method: str = "", case: int = 0
+    ) -> Path:
+        """Where a standard image (no trial) or a new image lies."""
+        what = "standard" if trial is None else f"test{trial + 1}_{method}"
+        prefix = f"case{case}_" if case else ""
+        return self.images / f"{prefix}world{world}_{view}_{what}.png"
 
-    def trials(self) -> list[TrialRecord]:
-        """All trials, by world, trial and method."""
-        adapter = TypeAdapter(TrialRecord)
-        rows = self._column("trials", "world, trial, method")
-        return [adapter.validate_json(text) for text in rows]
+    # -- Reading ------------------------------------------------------------------------------
 
-    def _column(self, table: str, order: str) -> list[str]:
-        if not self._database.is_file():
-            raise InputError(f"{self.folder}: not a run directory; trials.sqlite is missing")
-        try:
-            with closing(self._connect()) as connection:
-                rows = connection.execute(f"SELECT record FROM {table} ORDER BY {order}")
-                return [text for (text,) in rows]
-        except sqlite3.DatabaseError as error:
-            raise InputError(f"{self._database}: not a readable store ({error})") from None
+    @property
+    def exists(self) -> bool:
+        """Whether a run was begun here."""
+        return self._database.is_file() and (self.folder / "scenario.toml").is_file()
 
     def scenario(self) -> Scenario:
         """The resolved scenario of the run."""
         return load_scenario(self.folder / "scenario.toml")
-
-    def write_json(self, name: str, values: Mapping[str, Any]) -> None:
-        """A JSON file of the run directory."""
-        (self.folder / name).write_text(json.dumps(values, indent=2) + "\n")
 
     def read_json(self, name: str) -> dict[str, Any]:
         """A JSON file of the run directory."""
@@ -128,13 +117,96 @@ class RunStore:
         except (OSError, ValueError) as error:
             raise InputError(f"{self.folder / name}: not readable ({error})") from None
 
-    def image_path(self, world: int, view: str, trial: int | None = None, method: str = "") -> Path:
-        """Where a standard image (no trial) or a new image lies."""
-        what = "standard" if trial is None else f"test{trial + 1}_{method}"
-        return self.images / f"world{world}_{view}_{what}.png"
+    def worlds(self) -> list[WorldRecord]:
+        """All worlds of the run, by case."""
+        adapter = TypeAdapter(WorldRecord)
+        rows = self._query("SELECT record FROM worlds ORDER BY case_index, world")
+        return [adapter.validate_json(text) for (text,) in rows]
 
-    def add_image(self, path: Path, observation: Observation) -> None:
-        """Keep a picture, lossless."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        image = observation.image
-        cv2.imwrite(str(path), image if image.ndim == 2 else image[:, :, ::-1])
+    def trials(self, where: str = "1", *values: Any) -> Iterator[TrialRecord]:
+        """Trials by case, world, trial and method, one by one; `where` is an SQL condition."""
+        adapter = TypeAdapter(TrialRecord)
+        order = "ORDER BY case_index, world, trial, method"
+        for (text,) in self._query(f"SELECT record FROM trials WHERE {where} {order}", *values):
+            yield adapter.validate_json(text)
+
+    def columns(self, table: str, names: Sequence[str] = ()) -> Columns:
+        """Columns (N,) of `trials` or `views` by name, all but the record; null becomes NaN."""
+        kinds = {row[1]: row[2] for row in self._query(f"PRAGMA table_info({table})")}
+        chosen = list(names) or [name for name in kinds if name != "record"]
+        order = "ORDER BY case_index, world, trial, method"
+        rows = self._query(f"SELECT {', '.join(chosen)} FROM {table} {order}")
+        types = {"REAL": float, "INTEGER": int, "TEXT": object}
+        dtypes = [(name, types[kinds[name]]) for name in chosen]
+        data = np.fromiter(
+            (tuple(np.nan if cell is None else cell for cell in row) for row in rows), dtypes
+        )
+        return {name: data[name] for name in chosen}
+
+    def trials_done(self, case: int, world: int) -> set[int]:
+        """Numbers within their world of the trials that are stored."""
+        query = "SELECT DISTINCT trial FROM trials WHERE case_index = ? AND world = ?"
+        return {trial for (trial,) in self._query(query, case, world)}
+
+    def count_trials(self) -> int:
+        """How many trials are stored."""
+        query = "SELECT COUNT(*) FROM (SELECT DISTINCT case_index, world, trial FROM trials)"
+        return int(next(iter(self._query(query)))[0])
+
+    def _connect(self) -> sqlite3.Connection:
+        connection = sqlite3.connect(self._database)
+        connection.execute("PRAGMA journal_mode=WAL")
+        connection.execute("PRAGMA synchronous=NORMAL")  # a killed process loses nothing
+        return connection
+
+    def _query(self, query: str, *values: Any) -> Iterator[tuple[Any, ...]]:
+        if not self._database.is_file():
+            raise InputError(f"{self.folder}: not a run directory; trials.sqlite is missing")
+        try:
+            with closing(self._connect()) as connection:
+                yield from connection.execute(query, values)
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"{self._database}: not a readable store ({error})") from None
+
+
+class TrialWriter:
+    """Adds worlds and trials to a run."""
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self._connection = connection
+
+    def add_world(self, record: WorldRecord) -> None:
+        """Keep what was calibrated in a world; a second worker's equal record is passed over."""
+        with self._connection:
+            self._connection.execute(
+                "INSERT OR IGNORE INTO worlds VALUES (?, ?, ?)",
+                (record.case, record.world, json.dumps(asdict(record))),
+            )
+
+    def add_trial(self, seed: int, records: Iterable[TrialRecord]) -> None:
+        """Keep one trial with all its methods and views, in one transaction."""
+        with self._connection:
+            for r in records:
+                key = {"case_index": r.case, "world": r.world, "trial": r.trial, "method": r.method}
+                row = {
+                    **key, "number": r.number, "seed": seed, "outcome": r.outcome,
+                    "reason": r.reason, "displacement_mm": r.displacement_mm,
+                    "turn_deg": r.turn_deg, "measured_shift_mm": r.measured_shift_mm,
+                    "correction_seconds": r.correction_seconds, **trial_values(r),
+                    "record": json.dumps(asdict(r)),
+                }  # fmt: skip
+                self._insert("trials", row)
+                for v in r.views:
+                    self._insert("views", {**key, "view": v.id, **view_values(v)})
+
+    def _insert(self, table: str, row: Mapping[str, Any]) -> None:
+        names, marks = ", ".join(row), ", ".join("?" * len(row))
+        query = f"INSERT INTO {table} ({names}) VALUES ({marks})"
+        self._connection.execute(query, list(row.values()))
+
+
+def _write(path: Path, data: bytes) -> None:
+    """The whole file or none of it, also for a process that is killed."""
+    part = path.with_name(f".{path.name}.part")
+    part.write_bytes(data)
+    os.replace(part, path)

@@ -1,6 +1,7 @@
 """One world, prepared once, and the trials in it."""
 
 import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +9,12 @@ import numpy as np
 from aoicell.benchmark.records import HandEyeRecord, TrialRecord, WorldRecord
 from aoicell.benchmark.scoring import arm_floor_mm, score_view
 from aoicell.errors import Refused
+from aoicell.methods import find_method
 from aoicell.nominal import Nominal
 from aoicell.observation import Cell, Observation
 from aoicell.pipeline import (
-    METHODS,
     Calibration,
+    Method,
     TaughtPictures,
     calibrate,
     look,
@@ -28,7 +30,7 @@ from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw, stream
 from aoicell.sim.projection import PicturelessCell, ProjectingDetector, measured_noise
 from aoicell.sim.world import World
-from aoicell.targets.detector import IN_PICTURES, Detector
+from aoicell.targets.detector import IN_PICTURES, Detector, Remembering
 from aoicell.transforms import (
     SE3,
     angle_of,
@@ -37,6 +39,8 @@ from aoicell.transforms import (
     from_rvec,
     to_rvec,
 )
+
+Tell = Callable[[str, Mapping[str, Calibration]], None]
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,7 @@ class Session:
     world: World
     cell: Cell
     detector: Detector
+    methods: dict[str, Method]
     calibrations: dict[str, Calibration]
     taught: TaughtPictures
     templates: dict[str, Template]
@@ -62,38 +67,67 @@ class TrialResult:
     images: dict[str, Observation]
 
 
-def prepare(scenario: Scenario, nominal: Nominal, world_index: int) -> Session:
-    """Build a world, calibrate it and teach the board, for all methods of the scenario."""
+def prepare(
+    scenario: Scenario,
+    nominal: Nominal,
+    world_index: int,
+    methods: Sequence[Method] | None = None,
+) -> Session:
+    """Build a world, calibrate it and teach the board, for all methods of the scenario.
+
+    `methods` stand in for those that the scenario names.
+    """
     as_built = draw(nominal, scenario.tolerances, scenario.seed, world_index)
     world = World(nominal, as_built, scenario.pictures)
-    cell, detector = _senses(scenario, world)
-    methods = [METHODS[name] for name in scenario.methods]
-    calibrations = calibrate(photograph_targets(cell, nominal), nominal, methods, detector)
+    cell, detector = senses(scenario, world)
+    return prepare_in(world, cell, detector, scenario, methods)
+
+
+def prepare_in(
+    world: World,
+    cell: Cell,
+    detector: Detector,
+    scenario: Scenario,
+    methods: Sequence[Method] | None = None,
+    tell: Tell = lambda phase, calibrations: None,
+) -> Session:
+    """Calibrate a world and teach the board; `tell` hears what is being done."""
+    if methods is None:
+        methods = [find_method(name) for name in scenario.methods]
+    nominal = world.nominal
+    tell("calibrating: taking pictures", {})
+    pictures = photograph_targets(cell, nominal)
+    tell("calibrating: solving", {})
+    calibrations = calibrate(pictures, nominal, methods, detector)
+    tell("teaching: taking pictures", calibrations)
     taught = photograph_board(cell, nominal)
+    tell("teaching: measuring the board", calibrations)
     templates = {m.name: teach(taught, calibrations[m.name], nominal, m, detector) for m in methods}
     return Session(
-        scenario, nominal, world, cell, detector, calibrations, taught, templates,
-        world.T_base_board,
+        scenario, nominal, world, cell, detector, {m.name: m for m in methods}, calibrations,
+        taught, templates, world.T_base_board,
     )  # fmt: skip
 
 
-def _senses(scenario: Scenario, world: World) -> tuple[Cell, Detector]:
+def senses(scenario: Scenario, world: World) -> tuple[Cell, Detector]:
     """The cell and how targets are found in it: in pictures, or by projection."""
     if scenario.pictures:
-        return SimCell(world, colour=scenario.colour), IN_PICTURES
+        return SimCell(world, colour=scenario.colour), Remembering(IN_PICTURES)
     return PicturelessCell(world), ProjectingDetector(world, measured_noise(scenario.tolerances))
 
 
-def refused_world(scenario: Scenario, world: int, refusal: Refused) -> list[TrialRecord]:
-    """The trials of a world that could not even be calibrated or taught."""
+def unprepared(scenario: Scenario, world: int, trial: int, error: Exception) -> list[TrialRecord]:
+    """A trial, by every method, in a world that could not be calibrated or taught."""
+    refused = isinstance(error, Refused)
     nowhere = np.eye(4).tolist()
     return [
         TrialRecord(
-            world=world, trial=trial, method=method, outcome="refused", reason=str(refusal),
+            case=0, number=world * scenario.trials_per_world + trial, world=world, trial=trial,
+            method=method, outcome="refused" if refused else "failed",
+            reason=str(error) if refused else f"{type(error).__name__}: {error}",
             displacement_mm=0.0, turn_deg=0.0, measured_shift_mm=None, correction_seconds=None,
             T_base_board_taught=nowhere, T_base_board_now=nowhere, views=[],
         )
-        for trial in range(scenario.trials_per_world)
         for method in scenario.methods
     ]  # fmt: skip
 
@@ -105,7 +139,7 @@ def describe(session: Session) -> WorldRecord:
     unused = next(iter(session.calibrations.values())).unused
     world = session.world
     floor = arm_floor_mm(world, standards)
-    return WorldRecord(world.as_built.world, floor, hand_eyes, list(unused))
+    return WorldRecord(0, world.as_built.world, floor, hand_eyes, list(unused))
 
 
 def _hand_eye(session: Session, method: str) -> HandEyeRecord:
@@ -133,20 +167,21 @@ def run_trial(session: Session, trial: int) -> list[TrialResult]:
     `trial` counts within the world; its displacement and noise do not depend on any other.
     """
     world, scenario = session.world, session.scenario
-    motion = draw_displacement(scenario, session, trial)
+    motion = draw_displacement(scenario, world, session.T_base_board_taught, trial)
     world.place_board(motion * session.T_base_board_taught)
     try:
-        return [_run_method(session, trial, name, motion) for name in scenario.methods]
+        return [_run_method(session, trial, name, motion) for name in session.methods]
     finally:
         world.place_board(session.T_base_board_taught)
 
 
-def draw_displacement(scenario: Scenario, session: Session, trial: int) -> SE3:
+def draw_displacement(
+    scenario: Scenario, world: World, T_base_board_taught: SE3, trial: int
+) -> SE3:
     """T_base_motion of the board, about the true centre of its positioning marker."""
-    world = session.world
     rng = stream(scenario.seed, world.as_built.world, trial, "displacement")
-    id = session.nominal.positioning.id
-    T_base_marker = session.T_base_board_taught * world.geometry.Ts_board_marker[id]
+    id = world.nominal.positioning.id
+    T_base_marker = T_base_board_taught * world.geometry.Ts_board_marker[id]
     return _motion_about(T_base_marker.translation, scenario.displacement, rng, trial)
 
 
@@ -179,7 +214,7 @@ def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialRe
         start = time.perf_counter()
         calibration = session.calibrations[name]
         correction = relocate(
-            picture, template, calibration, session.nominal, METHODS[name], session.detector
+            picture, template, calibration, session.nominal, session.methods[name], session.detector
         )
         seconds = time.perf_counter() - start
         shift = correction.shift_mm
@@ -191,6 +226,8 @@ def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialRe
     T_taught = session.T_base_board_taught
     centre = (T_taught * world.geometry.Ts_board_marker[session.nominal.positioning.id]).translation
     record = TrialRecord(
+        case=0,
+        number=world.as_built.world * session.scenario.trials_per_world + trial,
         world=world.as_built.world,
         trial=trial,
         method=name,

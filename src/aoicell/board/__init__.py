@@ -2,7 +2,6 @@
 
 from aoicell.board.design import (
     KINDS,
-    MARKER_KINDS,
     MARKER_ROLES,
     BoardDesign,
     Component,
@@ -14,7 +13,6 @@ from aoicell.board.layout import rectangles_overlap
 __all__ = [
     "COLUMNS",
     "KINDS",
-    "MARKER_KINDS",
     "MARKER_ROLES",
     "BoardDesign",
     "Component",

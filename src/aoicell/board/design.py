@@ -15,7 +15,6 @@ KINDS = (
     "socket heatsink dimm_slot dimm_module chip connector capacitor resistor inductor screw label"
     " crystal battery led"
 ).split()
-MARKER_KINDS = ("cross",)
 MARKER_ROLES = ("positioning", "measuring")
 
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from aoicell.board.design import (
     KINDS,
-    MARKER_KINDS,
     MARKER_ROLES,
     BoardDesign,
     Component,
@@ -20,6 +19,7 @@ from aoicell.board.design import (
 )
 from aoicell.board.layout import check_components, check_markers
 from aoicell.errors import ModelError, did_you_mean
+from aoicell.targets.marker import marker_kinds
 from aoicell.toml_table import TomlTable
 from aoicell.transforms import Array
 
@@ -59,7 +59,7 @@ def _marker(table: TomlTable) -> MarkerDesign:
     size_mm = number("size_mm", 1, MAX_SIDE_MM)
     return MarkerDesign(
         id=table.text("id"),
-        kind=_one_of(table, "kind", MARKER_KINDS),
+        kind=_one_of(table, "kind", marker_kinds()),
         x=number("x_mm", -MAX_SIDE_MM, MAX_SIDE_MM) / 1e3,
         y=number("y_mm", -MAX_SIDE_MM, MAX_SIDE_MM) / 1e3,
         z=number("z_mm", 0, MAX_HEIGHT_MM) / 1e3,

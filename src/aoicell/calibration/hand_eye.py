@@ -8,7 +8,7 @@ X = T_flange_camera and Z = T_base_target unknown.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, Protocol
 
 import cv2
 import numpy as np
@@ -56,6 +56,15 @@ class HandEye:
     scatter_mm: float
     scatter_deg: float
     views: int
+
+
+class HandEyeSolver(Protocol):
+    """Solves A X = Z B."""
+
+    def __call__(
+        self, Ts_base_flange: Sequence[SE3], Ts_camera_target: Sequence[SE3], /
+    ) -> HandEye:
+        """X = T_flange_camera and Z = T_base_target. Raises Implausible."""
 
 
 def solve_hand_eye(

@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from aoicell.benchmark.records import TrialRecord
+from aoicell.benchmark.store import Columns
 from aoicell.report import paper
 from aoicell.report.style import METHOD_COLOURS, REFERENCE, new_figure
 
@@ -58,17 +60,14 @@ def _line(ax: Axes, trial: TrialRecord, quantity: str) -> None:
         )  # fmt: skip
 
 
-def residual_distribution(trials: Sequence[TrialRecord], floor_mm: float | None) -> Figure:
+def residual_distribution(trials: Columns, floor_mm: float | None) -> Figure:
     """For many trials: the share of trials below a residual, one curve a method."""
     figure = new_figure(6.4, 4.2)
     ax = figure.subplots()
-    for method in sorted({trial.method for trial in trials}):
-        values = sorted(
-            sum(view.residual_mm for view in trial.views) / len(trial.views)
-            for trial in trials
-            if trial.method == method and trial.views
-        )
-        if values:
+    for method in sorted(set(trials["method"])):
+        values = trials["residual_mm"][trials["method"] == method]
+        values = values[np.isfinite(values)]
+        if len(values):
             ax.ecdf(values, color=METHOD_COLOURS.get(method), label=method)
     if floor_mm:
         ax.axvline(floor_mm, color="black", linestyle=":", linewidth=1, label="arm's floor")

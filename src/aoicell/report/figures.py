@@ -16,17 +16,19 @@ FEW = 4  # up to so many displacements are shown one by one
 
 def write_figures(store: RunStore, nominal: Nominal) -> list[Path]:
     """Draw what the run holds into its `figures` folder; pictures only when they were kept."""
-    order: list[str] = [*store.scenario().methods]
-    trials = sorted(store.trials(), key=lambda t: (t.world, order.index(t.method), t.trial))
+    scenario = store.scenario()
+    order: list[str] = [*scenario.methods]
+    found = store.trials("case_index = 0 AND world = 0 AND trial < ?", FEW)
+    first = sorted(found, key=lambda t: (order.index(t.method), t.trial))
     floor = store.read_json("summary.json")["arm_floor_mm"]
     folder, written = store.figures, []
-    first = [t for t in trials if t.world == 0 and t.trial < FEW]
     if any(trial.views for trial in first):
         last = [trial for trial in first if trial.method == order[-1]][:2]
         written += save(schematic(last, nominal), folder / "schematic")
         written += save(distance_errors(first, floor), folder / "distance_errors")
         written += _pictures(store, first)
-    if len({(t.world, t.trial) for t in trials}) > FEW:
+    if store.count_trials() > FEW:
+        trials = store.columns("trials", ("method", "residual_mm"))
         written += save(residual_distribution(trials, floor), folder / "distribution")
     return written
 

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from aoicell.benchmark.records import MarkerRecord, TrialRecord, ViewRecord
-from aoicell.benchmark.summary import view_px
+from aoicell.benchmark.values import view_values
 from aoicell.errors import InputError
 from aoicell.report.style import NEW, STANDARD, new_figure
 
@@ -93,7 +93,8 @@ def _legend(figure: Figure, magnify: int) -> None:
 
 
 def _caption(trial: TrialRecord, view: ViewRecord) -> str:
-    px, mm = view_px(view, "detected_px"), view_px(view, "image_mm")
+    values = view_values(view)
+    px, mm = values["detected_px"], values["image_mm"]
     seen = "no marker detected" if px is None or mm is None else f"{px:.2f} px, {mm:.3f} mm"
     return f"{trial.method}, test {trial.trial + 1}: {seen}"
 

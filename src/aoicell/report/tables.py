@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from aoicell.benchmark.records import TrialRecord, WorldRecord
-from aoicell.benchmark.summary import trial_mean, trial_px
+from aoicell.benchmark.values import trial_values
 from aoicell.report import paper
 
 
@@ -70,7 +70,7 @@ def residual_table(trials: Sequence[TrialRecord], method: str) -> Table:
         table.add_row(name, *row)
     table.add_section()
     means = [
-        _number(trial_px(trial, quantity))
+        _number(trial_values(trial)[quantity])
         for trial in mine
         for quantity in ("detected_px", "true_px", "image_mm")
     ]
@@ -96,13 +96,16 @@ def _not_corrected(trials: Sequence[TrialRecord]) -> Text | None:
 
 
 def summary_table(summary: dict[str, Any], trials: Sequence[TrialRecord]) -> Table:
-    """What is left, method by method, with the paper's figures beside."""
+    """What is left, method by method, with the paper's figures beside.
+
+    Single `trials` are listed where they are given: where they are few.
+    """
     table = _table(
         "What is left after the correction",
         "", "moved\nmm", "left\nmm", "lateral\nmm", "depth\nmm", "image\nmm", "image\npx",
         "comp.\n%",
     )  # fmt: skip
-    few = len({(t.world, t.trial) for t in trials}) <= 4
+    few = bool(trials)
     if few:
         for number, test in enumerate(paper.TESTS, start=1):
             table.add_row(
@@ -144,15 +147,15 @@ def summary_table(summary: dict[str, Any], trials: Sequence[TrialRecord]) -> Tab
 
 def _trial_row(trial: TrialRecord, among: Sequence[TrialRecord]) -> Iterable[str]:
     name = f"{trial.method}, {_test(trial, among)}"
-    left = trial_mean(trial, "residual_mm")
+    values = trial_values(trial)
+    left = values["residual_mm"]
     if left is None:
         return [f"{name}: {trial.outcome}", f"{trial.displacement_mm:.1f}", *["-"] * 6]
-    compensated = 100 * (1 - left / trial.displacement_mm)
+    columns = ("residual_mm", "lateral_mm", "depth_mm", "image_mm")
     return [
-        name, f"{trial.displacement_mm:.1f}", _number(left, 3),
-        _number(trial_mean(trial, "lateral_mm"), 3), _number(trial_mean(trial, "depth_mm"), 3),
-        _number(trial_px(trial, "image_mm"), 3), _number(trial_px(trial, "detected_px")),
-        f"{compensated:.2f}",
+        name, f"{trial.displacement_mm:.1f}",
+        *(_number(values[column], 3) for column in columns), _number(values["detected_px"]),
+        f"{100 * (1 - left / trial.displacement_mm):.2f}",
     ]  # fmt: skip
 
 
@@ -175,3 +178,21 @@ def _percentile_row(name: str, method: dict[str, Any]) -> Iterable[str]:
         *(_number(method[column]["p95"], 3) for column in _COLUMNS),
         _number(method["residual_px"]["p95"]), "-",
     ]  # fmt: skip
+
+
+def cases_table(summary: dict[str, Any]) -> Table:
+    """One row a case of a sweep: what each method leaves, and how often it declines."""
+    methods = list(summary["methods"])
+    columns = [f"{name}\n{what}" for name in methods for what in ("mm", "95 %", "px", "refused")]
+    table = _table("Case by case: mean and 95th percentile of what is left", "", *columns)
+    for case in summary["cases"]:
+        cells = []
+        for name in methods:
+            method = case["methods"][name]
+            declined = method["refused"] + method["failed"]
+            cells += [
+                _number(method["residual_mm"]["mean"], 3), _number(method["residual_mm"]["p95"], 3),
+                _number(method["residual_px"]["mean"]), f"{declined} of {method['trials']}",
+            ]  # fmt: skip
+        table.add_row(f"{case['kind']} {case['label']}".strip(), *cells)
+    return table

@@ -17,7 +17,7 @@ from aoicell.sim.board_solids import BLACK, Part
 from aoicell.sim.drawing import stream
 from aoicell.sim.prints import dusty, printed_size
 from aoicell.sim.solids import Face, add_printed_plate, set_pose
-from aoicell.targets.cross_marker import CrossMarker
+from aoicell.targets.marker import Marker, make_marker
 from aoicell.transforms import SE3, from_xyz_rpy, rotation, translation
 
 MARKER_THICKNESS = 0.0005
@@ -115,7 +115,7 @@ def _add_marker(
     scale: PrintScale, surfaces: Surfaces,
 ) -> None:  # fmt: skip
     """A marker as printed, with the dust on it and what covers part of its edge."""
-    marker = CrossMarker(size=design.size, pitch=design.pitch)
+    marker = make_marker(design.kind, design.size, design.pitch)
     flat = (marker.size, marker.size)
     rng = stream(*surfaces.seed, -1, f"dust_{design.id}")
     image = dusty(marker.print_image(), flat, surfaces.dust, rng)
@@ -128,7 +128,7 @@ def _add_marker(
 
 
 def _add_cover(
-    body: mujoco.MjsBody, marker: CrossMarker, T_board_corner: SE3, surfaces: Surfaces
+    body: mujoco.MjsBody, marker: Marker, T_board_corner: SE3, surfaces: Surfaces
 ) -> None:
     """A dark ribbon across the corner at +x, +y, as wide as it takes to hide the corner.
 

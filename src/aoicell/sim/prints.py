@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from aoicell.observation import Image
 from aoicell.sim.as_built import PrintScale
 from aoicell.targets.chessboard import Chessboard
-from aoicell.targets.cross_marker import CrossMarker
+from aoicell.targets.marker import Marker
 from aoicell.transforms import Array
 
 Size = tuple[float, float]
@@ -48,7 +48,7 @@ def true_corners(board: Chessboard, scale: PrintScale, bow_twist: tuple[float, f
     return points
 
 
-def true_crosses(marker: CrossMarker, scale: PrintScale) -> Array:
+def true_crosses(marker: Marker, scale: PrintScale) -> Array:
     """Centres of the crosses (4, 3) of a marker as printed, in the marker's frame (m)."""
     crosses: Array = marker.crosses * [*scale, 1.0]
     return crosses

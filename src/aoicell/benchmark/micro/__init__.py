@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from aoicell.benchmark.micro.detection import bench_detection
 from aoicell.benchmark.micro.optics import bench_optics
 
 BENCHMARKS: Mapping[str, Callable[[bool], dict[str, Any]]] = MappingProxyType(
-    {"optics": bench_optics}
+    {"detection": bench_detection, "optics": bench_optics}
 )

@@ -1,0 +1,196 @@
+"""From a recording to a judged calibration: find the targets, state the problem, solve, describe.
+
+A camera stands where the mount of its targets says: on the flange (eye in hand) or in the base.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aoicell.calibration.calibrate import CalibrationConfig, calibrate
+from aoicell.calibration.problem import (
+    CalibrationView,
+    Eye,
+    Fixture,
+    PoseSight,
+    Problem,
+    Sight,
+    moves,
+    pairs_seen,
+    sights_of,
+)
+from aoicell.calibration.problem import Mount as Side
+from aoicell.calibration.verdict import CalibrationReport
+from aoicell.camera import Camera
+from aoicell.datasets.recording import Recording, View
+from aoicell.datasets.sightings import Found, NamedTarget, find_targets, guess_camera, named_targets
+from aoicell.datasets.target_descriptions import Mount
+from aoicell.errors import Implausible
+from aoicell.targets.pose import solve_pose
+from aoicell.transforms import SE3, Array
+
+_EYE_ON: Mapping[Mount, Side] = {"eye_in_hand": "flange", "eye_to_hand": "base"}
+_TARGET_ON: Mapping[Mount, Side] = {"eye_in_hand": "base", "eye_to_hand": "flange"}
+_POSE_EYE, _POSE_TARGET = "camera", "target"  # of a recording of pose pairs
+DEFAULT_CONFIG = CalibrationConfig()
+_FEW = 0.7  # of the views: with fewer found, something may be wrong with the target
+
+
+@dataclass(frozen=True)
+class Detected:
+    """A recording as a problem; `reasons` say by view id why it, or a target in it, is unused.
+
+    `warnings` are sentences about what was assumed or looks odd.
+    """
+
+    problem: Problem
+    reasons: Mapping[str, str]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A recording with its calibration."""
+
+    recording: Recording
+    detected: Detected
+    report: CalibrationReport
+
+
+def solve_recording(recording: Recording, config: CalibrationConfig = DEFAULT_CONFIG) -> Solved:
+    """Finds the targets, calibrates and judges. Raises InputError on what cannot be tried."""
+    detected = detect(recording)
+    report = calibrate(detected.problem, config)
+    gone = len(recording.views) - len(detected.problem.views)
+    if not detected.problem.views:
+        first = next(iter(detected.reasons.values()), "")
+        reason = f"none of the {gone} views shows a target; the first: {first}"
+        report = replace(report, verdict="refused", reasons=(reason,))
+    return Solved(recording, detected, report)
+
+
+def detect(recording: Recording) -> Detected:
+    """The calibration problem that a recording's pictures, or its pose pairs, state."""
+    if not recording.targets:
+        return _of_pairs(recording)
+    targets = named_targets(recording)
+    found = find_targets(recording, targets)
+    sides = _camera_sides(recording)
+    eyes, warnings = [], list(recording.warnings)
+    for start in recording.cameras:
+        camera = start.intrinsics
+        if camera is None:
+            mine = [t for t in targets if t.camera == start.name]
+            camera = guess_camera(start.size, mine, list(found.values()))
+            warnings.append(
+                f"'{start.name}': no intrinsics are given; they are estimated from the pictures, "
+                f"beginning at a focal length of {camera.focal_px:.0f} px"
+            )
+        eyes.append(Eye(start.name, camera, sides[start.name], start.refine))
+    fixtures = [
+        Fixture(t.name, t.target.points, _TARGET_ON[d.mount or recording.mount],
+                t.target.half_turns)
+        for t, d in zip(targets, recording.targets, strict=True)
+    ]  # fmt: skip
+    views = [_view(view, found[view.id], targets) for view in recording.views]
+    reasons = {
+        id: "; ".join(dict.fromkeys(f.problems.values()))  # a picture hides all targets alike
+        for id, f in found.items()
+        if f.problems
+    }
+    problem = Problem(tuple(eyes), tuple(fixtures), tuple(v for v in views if v.sights))
+    warnings += _rarely_found(targets, found)
+    return Detected(problem, reasons, tuple(warnings))
+
+
+def _camera_sides(recording: Recording) -> dict[str, Side]:
+    """On what each camera stands: as all its targets say, else as the recording says."""
+    sides: dict[str, Side] = {}
+    for camera in recording.cameras:
+        mounts = {d.mount or recording.mount for d in recording.targets if d.camera == camera.name}
+        sides[camera.name] = _EYE_ON[mounts.pop() if len(mounts) == 1 else recording.mount]
+    return sides
+
+
+def _view(view: View, found: Found, targets: Sequence[NamedTarget]) -> CalibrationView:
+    sights = tuple(
+        Sight(t.camera, t.name, np.asarray(found.sightings[t.name].ids),
+              np.asarray(found.sightings[t.name].uv_px, dtype=float))
+        for t in targets if t.name in found.sightings
+    )  # fmt: skip
+    return CalibrationView(view.id, view.T_base_flange, sights)
+
+
+def _rarely_found(targets: Sequence[NamedTarget], found: Mapping[str, Found]) -> list[str]:
+    """A target that many pictures lack may be described wrongly."""
+    counts = Counter(name for f in found.values() for name in f.sightings)
+    return [
+        f"'{t.name}' was found in {counts[t.name]} of {len(found)} views; check its kind and counts"
+        for t in targets
+        if 0 < counts[t.name] < _FEW * len(found)
+    ]
+
+
+def _of_pairs(recording: Recording) -> Detected:
+    """Pose pairs: an eye that reports poses, and one target."""
+    eye = Eye(_POSE_EYE, None, _EYE_ON[recording.mount], refine=False)
+    fixture = Fixture(_POSE_TARGET, mount=_TARGET_ON[recording.mount])
+    views = [
+        CalibrationView(
+            view.id, view.T_base_flange, (PoseSight(eye.name, fixture.name, view.T_camera_target),)
+        )
+        for view in recording.views
+        if view.T_camera_target is not None
+    ]
+    return Detected(Problem((eye,), (fixture,), tuple(views)), {}, recording.warnings)
+
+
+def scatter_mm(report: CalibrationReport) -> float | None:
+    """How far a target strays over the views (rms, mm) when each is posed by itself.
+
+    Placed through the estimated camera from the arm as its controller has it; the largest of
+    the targets that the arm moves in a picture. None without a solution.
+    """
+    if report.solution is None:
+        return None
+    problem, estimate = report.solution.problem, report.solution.estimate
+    strays = []
+    for eye, fixture in pairs_seen(problem):
+        if not moves(eye, fixture):
+            continue
+        X, places = estimate.T_mount_eye[eye.name], []
+        for v, s in sights_of(problem, eye, fixture):
+            view = problem.views[v]
+            sight, A = view.sights[s], view.T_base_flange
+            camera, scale = estimate.cameras.get(eye.name), estimate.scales[fixture.name]
+            T = own_pose(problem, sight, camera, scale)
+            if T is not None:
+                on_arm = eye.mount == "flange"
+                places.append(((A * X * T) if on_arm else A.actInv(X * T)).translation)
+        if places:
+            strays.append(_rms_distance(np.array(places)))
+    return max(strays, default=None)
+
+
+def own_pose(
+    problem: Problem, sight: Sight | PoseSight, camera: Camera | None, scale: float
+) -> SE3 | None:
+    """T_camera_fixture of one sight by itself, the print `scale` times as large as declared.
+
+    None where no pose fits.
+    """
+    if isinstance(sight, PoseSight):
+        T = sight.T_camera_fixture
+        return SE3(T.rotation, scale * T.translation)
+    assert camera is not None  # pixels come with intrinsics
+    points = scale * problem.fixture(sight.fixture).points[sight.ids]
+    try:
+        return solve_pose(points, sight.uv_px, camera).T_camera_target
+    except Implausible:
+        return None
+
+
+def _rms_distance(places: Array) -> float:
+    return float(np.sqrt(((places - places.mean(axis=0)) ** 2).sum(axis=1).mean())) * 1e3

@@ -1,0 +1,146 @@
+"""All that the page of a run is made from, read once."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aoicell.benchmark.records import TrialRecord, WorldRecord
+from aoicell.benchmark.store import Columns, RunStore
+from aoicell.benchmark.summary import summarise
+from aoicell.errors import InputError
+from aoicell.scenario import Case, Scenario, cases_of
+
+_MARKER_TYPES = [
+    ("method", object), ("view", object), ("marker", object),
+    ("detected_px", float), ("true_px", float), ("image_mm", float),
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RunData:
+    """A run in memory.
+
+    `trials` has all rows of the store. `scope` names what the distributions and the tables by
+    view and by marker are about: where a scenario also stands as it is beside its changed
+    cases, that case alone, else all. `methods` is the summary of the scope, `shown`, `views`
+    and `markers` are its rows; `markers` has one row a marker, view, trial and method.
+    """
+
+    scenario: Scenario
+    cases: list[Case]
+    scope: str
+    trials: Columns
+    shown: Columns
+    views: Columns
+    markers: Columns
+    worlds: list[WorldRecord]
+    methods: dict[str, Any]
+    by_case: list[dict[str, Any]]
+    arm_floor_mm: float | None
+    environment: dict[str, Any]
+    pace: dict[str, Any] | None
+
+    @property
+    def planned(self) -> int:
+        """How many trials the scenario asks for."""
+        return sum(case.scenario.trials for case in self.cases)
+
+    @property
+    def done(self) -> int:
+        """How many trials are stored."""
+        return len(np.unique(self.trials["number"]))
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run came to its end; a single trial that was repeated does, too."""
+        return self.pace is not None
+
+    @property
+    def takes_sources_apart(self) -> bool:
+        """Whether the scenario asks for an error budget."""
+        return bool(self.scenario.isolate and self.scenario.ablate)
+
+    @property
+    def tolerances_mm(self) -> tuple[float, float]:
+        """The least and the largest tolerance of the cases in scope."""
+        values = [case.scenario.tolerance_mm for case in self.cases_in_scope]
+        return min(values), max(values)
+
+    @property
+    def cases_in_scope(self) -> list[Case]:
+        """The scenario as it stands where it does, else all its cases."""
+        return self.cases[:1] if _stands_alone(self.cases) else self.cases
+
+
+def read_run(store: RunStore) -> RunData:
+    """Read a run directory. Raises InputError where there is none, or no trial in it yet."""
+    if not store.exists:
+        raise InputError(
+            f"{store.folder}: not a run directory (scenario.toml and trials.sqlite are looked "
+            "for); name one that 'aoicell run' has written"
+        )
+    scenario = store.scenario()
+    trials = store.columns("trials")
+    if not len(trials["number"]):
+        raise InputError(f"{store.folder}: no trial is finished yet; go on with --resume first")
+    cases, worlds = cases_of(scenario), store.worlds()
+    summary = summarise(scenario, store, 0.0, 0.0)
+    methods, floor = summary["methods"], summary["arm_floor_mm"]
+    shown, views, where = trials, store.columns("views"), "1"
+    scope = "" if len(cases) == 1 else f"all {len(cases)} cases together"
+    if _stands_alone(cases):
+        scope, where = "the scenario as it stands", "case_index = 0"
+        shown, views = _first_case(shown), _first_case(views)
+        worlds = [world for world in worlds if world.case == 0]
+        methods, floor = (summary["cases"][0][key] for key in ("methods", "arm_floor_mm"))
+    finished = (store.folder / "summary.json").is_file()
+    return RunData(
+        scenario, cases, scope, trials, shown, views, _markers(store, where), worlds, methods,
+        summary.get("cases", []), floor, store.read_json("environment.json"),
+        store.read_json("summary.json") if finished else None,
+    )  # fmt: skip
+
+
+def choose(columns: Columns, chosen: Any) -> Columns:
+    """The rows that a mask (N,) or indices name."""
+    return {name: values[chosen] for name, values in columns.items()}
+
+
+def case_name(case: Case) -> str:
+    """`shift_mm = 10 to 20`, `without gravity`, `gravity alone`, `as it stands`."""
+    if case.kind in ("without", "as it stands"):
+        return f"{case.kind} {case.label}".strip()
+    return f"{case.label} alone" if case.kind == "alone" else case.label
+
+
+def worst_of(store: RunStore, trials: Columns, method: str, count: int) -> list[TrialRecord]:
+    """The trials of a method that ended worst: defects first, then the largest residuals."""
+    mine = np.flatnonzero((trials["method"] == method) & (trials["outcome"] != "refused"))
+    left = np.where(trials["outcome"] == "failed", np.inf, trials["residual_mm"])[mine]
+    order = mine[np.argsort(-left, kind="stable")][:count]
+    numbers = [int(trials["number"][row]) for row in order]
+    marks = ", ".join("?" * len(numbers))
+    found = store.trials(f"method = ? AND number IN ({marks})", method, *numbers)
+    return sorted(found, key=lambda record: numbers.index(record.number))
+
+
+def _stands_alone(cases: list[Case]) -> bool:
+    return len(cases) > 1 and cases[0].kind == "as it stands"
+
+
+def _first_case(columns: Columns) -> Columns:
+    return choose(columns, columns["case_index"] == 0)
+
+
+def _markers(store: RunStore, where: str) -> Columns:
+    """Columns of the markers; the records pass by one at a time, for there may be many."""
+    rows = (
+        (trial.method, view.id, marker.id, marker.detected_px, marker.true_px, marker.image_mm)
+        for trial in store.trials(where)
+        for view in trial.views
+        for marker in view.markers
+    )
+    known = (tuple(np.nan if cell is None else cell for cell in row) for row in rows)
+    data = np.fromiter(known, _MARKER_TYPES)
+    return {name: data[name] for name, _ in _MARKER_TYPES}

@@ -1,0 +1,25 @@
+"""Scenario files: one experiment each, as typed TOML."""
+
+from aoicell.scenario.cases import Case, cases_of
+from aoicell.scenario.load import load_scenario, scenario_schema
+from aoicell.scenario.model import (
+    Displacement,
+    Range,
+    Scenario,
+    ShiftRange,
+    Store,
+    TurnRange,
+)
+
+__all__ = [
+    "Case",
+    "Displacement",
+    "Range",
+    "Scenario",
+    "ShiftRange",
+    "Store",
+    "TurnRange",
+    "cases_of",
+    "load_scenario",
+    "scenario_schema",
+]
