@@ -58,10 +58,12 @@ def test_a_bad_scenario_is_one_line_without_a_traceback(tmp_path: Path) -> None:
     assert not (tmp_path / "run").exists()
 
 
-def test_without_opengl_a_run_says_what_to_install(tmp_path: Path) -> None:
+@pytest.mark.parametrize("backend", ["disable", "glfw"])  # glfw wants a display
+def test_without_opengl_a_run_says_what_to_install(tmp_path: Path, backend: str) -> None:
     done = shell(
-        "run", "two_tests", "--profile", "ideal", "--out", str(tmp_path), MUJOCO_GL="disable"
-    )
+        "run", "two_tests", "--profile", "ideal", "--out", str(tmp_path),
+        MUJOCO_GL=backend, DISPLAY="", WAYLAND_DISPLAY="",
+    )  # fmt: skip
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     (line,) = done.stderr.strip().splitlines()
@@ -117,7 +119,15 @@ def test_bad_arguments_are_named(arguments: list[str], expected: str) -> None:
     assert expected in run.stderr
 
 
-@pytest.mark.parametrize("arguments", [["run"], ["run", "two_tests", "--trials", "many"], ["fly"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["run"],
+        ["run", "two_tests", "--trials", "many"],
+        ["run", "two_tests", "--workers", "0"],
+        ["fly"],
+    ],
+)
 def test_wrong_usage_is_exit_2(arguments: list[str]) -> None:
     run = run_cli(*arguments)
     assert run.code == 2

@@ -112,7 +112,7 @@ def test_all_blank_is_refused_with_the_reason(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("columns = 7", "columns = 6"),
+        ("columns = 7", "columns = 5"),
         ("columns = 7", "columns = 8"),
         ("rows = 6", "rows = 5"),
         ("T_base_flange", "T_flange_base"),

@@ -1,6 +1,7 @@
 """Recordings with rendered pictures of a board at exactly known poses, to calibrate from."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -62,13 +63,17 @@ def record(
 
     def views() -> Sequence[tuple[str, Image, SE3]]:
         made = []
-        for k, T in enumerate(looks()):
-            image = picture((Paper(board), T.inverse()), seed=k)
+        for k, image in enumerate(_pictures(board)):
             arm = arms[order[k] if order else k]
             made.append((f"{k:02d}", change(k, image) if change else image, arm))
         return made
 
     return write_recording(folder, mount, [described], views(), start)
+
+
+@cache
+def _pictures(board: Chessboard) -> tuple[Image, ...]:
+    return tuple(picture((Paper(board), T.inverse()), seed=k) for k, T in enumerate(looks()))
 
 
 def blank(numbers: Sequence[int]) -> Change:

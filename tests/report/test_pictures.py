@@ -82,7 +82,5 @@ def test_tables_fit_80_columns_and_name_every_refusal(tmp_path: Path) -> None:
 def test_tests_of_several_worlds_are_told_apart(tmp_path: Path) -> None:
     trials = [trial(0), trial(0, world=1)]
     output = StringIO()
-    Console(file=output, width=100).print(
-        summary_table(summary_of(tmp_path, trials), trials)
-    )
+    Console(file=output, width=100).print(summary_table(summary_of(tmp_path, trials), trials))
     assert "paper, world 2 test 1" in output.getvalue()

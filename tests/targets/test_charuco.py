@@ -5,12 +5,19 @@ import numpy as np
 import pytest
 from helpers.printed import BENT, FINER, picture, rms_off, seen_from
 
+from aoicell.camera import Camera
 from aoicell.errors import InputError, TargetNotFound
 from aoicell.observation import Image
 from aoicell.targets.charuco import Charuco
 from aoicell.targets.fiducials import dictionary_of
 from aoicell.transforms import apply, translation
 
+WIDE = Camera(
+    np.array([[480.0, 0, 320], [0, 480, 240], [0, 0, 1]]),
+    640,
+    480,
+    np.array([-0.28, 0.07, 0, 0, 0]),
+)
 BOARD = Charuco(8, 6, 0.030, 0.022)
 LEGACY = Charuco(7, 6, 0.030, 0.015, "DICT_4X4_50", legacy=True)
 
@@ -62,8 +69,16 @@ def test_small_blurred_and_noisy() -> None:
 def test_the_legacy_print_is_not_the_new_one() -> None:
     T = seen_from()
     new = Charuco(7, 6, 0.030, 0.015, "DICT_4X4_50")
-    with pytest.raises(TargetNotFound, match="view 1: only 9 of the 21 markers .* pattern"):
+    with pytest.raises(TargetNotFound, match=r"view 1: only 18 of the 21 markers .* pattern"):
         new.sight(picture((LEGACY, T)), "view 1")
+
+
+def test_through_a_wide_lens() -> None:
+    """Barrel distortion by 60 px in the corners of the picture."""
+    T = seen_from((0.2, 0.1), distance=0.22)
+    seen = BOARD.sight(picture((BOARD, T), camera=WIDE))
+    assert len(seen.ids) > 30
+    assert rms_off(seen, BOARD, T, WIDE) < 0.1
 
 
 @pytest.mark.parametrize("aim", [(0.10, 0.0), (-0.08, 0.07), (0.0, -0.09)])

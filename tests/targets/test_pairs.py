@@ -13,8 +13,8 @@ from aoicell.targets.pairs import sight_pair
 from aoicell.targets.sighting import Sighting
 from aoicell.transforms import SE3, translation
 
-LARGE, SMALL = Chessboard(8, 6, 0.022, 0.01), Chessboard(8, 6, 0.015, 0.008)
-OTHER = Chessboard(7, 4, 0.022, 0.01)
+LARGE, SMALL = Chessboard(8, 6, 0.022, 0.022), Chessboard(8, 6, 0.015, 0.015)
+OTHER = Chessboard(7, 4, 0.022, 0.022)
 """Its corners would fit into the others'."""
 
 

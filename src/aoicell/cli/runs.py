@@ -30,6 +30,7 @@ from aoicell.report.budget import (
     reproduction_chart,
 )
 from aoicell.report.figures import write_figures
+from aoicell.report.page import write_page
 from aoicell.report.paper import contradictions
 from aoicell.report.style import save
 from aoicell.report.tables import cases_table, hand_eye_table, residual_table, summary_table
@@ -91,12 +92,14 @@ def _run(scenario: Scenario, folder: Path, as_json: bool, **how: Any) -> None:
     store = RunStore(folder)
     if not store.worlds():
         raise Refused(_first_reason(store))
-    figures = write_figures(store, load_nominal(scenario.cell_folder))
+    write_figures(store, load_nominal(scenario.cell_folder))
+    page, _ = write_page(store)
     if as_json:
         print(json.dumps(summary))
     else:
         _print_run(scenario, summary, store)
-    err.print(f"{len(figures)} figures and all numbers are in {folder}", highlight=False)
+    err.print(f"{page} explains it; figures and all numbers are beside it", highlight=False,
+              soft_wrap=True)  # fmt: skip
     if not any(method["corrected"] for method in summary["methods"].values()):
         raise Refused(f"no trial was corrected: {_first_reason(store)}")
 

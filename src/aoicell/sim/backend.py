@@ -14,6 +14,8 @@ def make_renderer(
 ) -> mujoco.Renderer:
     """An offscreen renderer. Raises RenderingUnavailable when there is no OpenGL."""
     try:
+        if os.environ.get("MUJOCO_GL") == "glfw" and not _display():
+            raise OSError("glfw needs a display, and there is none")  # it would abort
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # glfw warns before it fails; one complaint is enough
             renderer = mujoco.Renderer(model, height, width)
@@ -28,6 +30,10 @@ def make_renderer(
     renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
     renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
     return renderer
+
+
+def _display() -> bool:
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def opengl_description() -> str:

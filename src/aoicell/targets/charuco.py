@@ -15,7 +15,6 @@ from aoicell.targets.crossings import (
 )
 from aoicell.targets.fiducials import (
     Markers,
-    by_place,
     check_ids,
     homography,
     marker_cells,
@@ -26,6 +25,7 @@ from aoicell.targets.sighting import Sighting, enough, opencv_frame
 from aoicell.transforms import SE3, Array
 
 _NEEDED = 6
+_NEAREST = 4  # markers that say where a corner is
 
 
 @dataclass(frozen=True)
@@ -127,20 +127,18 @@ class Charuco:
     def _predicted(self, markers: dict[int, Array]) -> tuple[Array, Array, Array]:
         """Corners (N, 2) and steps of a square along x and down, from the markers found (px).
 
-        One homography for the board, moved at each corner by what the nearest marker misses it by:
-        the lens.
+        Each by a homography of the markers nearest to it: a lens bends the board as a whole.
         """
-        known, found = by_place(markers, self._markers.corners)
-        H = homography(known, found)
-        missed = found - transformed(H, known)
-        gaps = np.linalg.norm(self.points[:, None] - known[None], axis=2)
-        uv = transformed(H, self.points) + missed[gaps.argmin(axis=1)]
-        half_x, half_y = np.array([[self.square / 2, 0, 0], [0, -self.square / 2, 0]])
-        x, y = (
-            transformed(H, self.points + half) - transformed(H, self.points - half)
-            for half in (half_x, half_y)
-        )
-        return uv, x, y
+        places = np.array(list(markers))
+        corners, uvs = self._markers.corners[places], np.array(list(markers.values()))
+        gaps = np.linalg.norm(self.points[:, None] - corners.mean(axis=1)[None], axis=2)
+        x, y = np.array([[self.square / 2, 0, 0], [0, -self.square / 2, 0]])
+        predicted = []
+        for point, nearest in zip(self.points, gaps.argsort(axis=1)[:, :_NEAREST], strict=True):
+            H = homography(corners[nearest].reshape(-1, 3), uvs[nearest].reshape(-1, 2))
+            predicted.append(transformed(H, point + np.array([0 * x, x, -x, y, -y])))
+        at = np.array(predicted)
+        return at[:, 0], at[:, 1] - at[:, 2], at[:, 3] - at[:, 4]
 
     @cached_property
     def _white(self) -> Array:
