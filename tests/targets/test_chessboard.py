@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aoicell.errors import TargetNotFound
+from aoicell.errors import InputError, TargetNotFound
 from aoicell.nominal import Nominal
 from aoicell.observation import Image
 from aoicell.sim.cell import SimCell
@@ -148,6 +148,47 @@ def test_two_boards_come_larger_first(large_left: bool) -> None:
 def test_a_pair_needs_both() -> None:
     with pytest.raises(TargetNotFound, match="boards"):
         BOARD.detect_pair(picture(homography(5)), "boards")
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(7, 6), (8, 5), (7, 7)])
+@pytest.mark.parametrize("angle", [0.0, 50.0, 140.0, 230.0, 320.0])
+def test_colours_tell_which_way_round_another_board_is(
+    columns: int, rows: int, angle: float
+) -> None:
+    board, H = Chessboard(columns, rows, 0.015, 0.0075), homography(angle)
+    uv, expected = board.detect(picture(H, board=board)), through(H, board.corners)
+    readings = [uv, half_turn(uv)] if board.half_turns else [uv]
+    assert min(np.linalg.norm(r - expected, axis=1).max() for r in readings) < 0.05
+
+
+def test_what_looks_the_same_after_a_half_turn() -> None:
+    for columns, rows in [(8, 6), (7, 7), (9, 5), (7, 6), (9, 6)]:
+        board = Chessboard(columns, rows, 0.015)
+        image = board.print_image(4)
+        assert board.half_turns == np.array_equal(image, image[::-1, ::-1])
+
+
+def test_a_board_that_looks_the_same_after_a_quarter_turn_is_bad_input() -> None:
+    with pytest.raises(InputError, match="6x6 inner corners look the same after a quarter turn"):
+        Chessboard(6, 6, 0.02)
+
+
+def test_a_sighting_has_all_corners_in_order() -> None:
+    grey = picture(homography(20))
+    seen = BOARD.sight(grey)
+    np.testing.assert_array_equal(seen.ids, np.arange(48))
+    np.testing.assert_array_equal(seen.uv_px, BOARD.detect(grey))
+
+
+def test_a_corner_beside_its_square_is_noticed() -> None:
+    """OpenCV's quick finder takes the corner of an outer square for an inner one now and then."""
+    grey, corners = picture(homography(20)), through(homography(20), BOARD.corners)
+    assert BOARD._refine(grey, corners) is not None
+    x, y = BOARD.steps(corners)
+    wrong = corners.copy()
+    wrong[0] -= x[0] + y[0]
+    assert BOARD._refine(grey, wrong) is None
+    assert BOARD._refine(grey, corners + x) is None
 
 
 def true_corners(world: World) -> Array:
