@@ -89,3 +89,17 @@ def test_a_broken_file_is_named(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "broken.toml").write_bytes(content)
     with pytest.raises(ModelError, match=r"broken.toml: not valid TOML"):
         TomlTable.read(tmp_path / "broken.toml")
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["1" + "0" * 5000, "[" * 3000 + "]" * 3000, "0x" + "f" * 5000],
+    ids=["too many digits", "too deep", "too long to be shown"],
+)
+def test_an_absurd_value_is_a_complaint_too(tmp_path: Path, value: str) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text(f"name = {value}\n")
+    with pytest.raises(ModelError) as caught:
+        TomlTable.read(path).text("name")
+    assert str(caught.value).startswith(f"{path}: ")
+    assert len(str(caught.value).splitlines()) == 1

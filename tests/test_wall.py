@@ -23,13 +23,13 @@ CODE = (type, ModuleType, FunctionType)
 def reachable(roots: Iterable[Any]) -> list[Any]:
     """Everything that can be got at from some objects, code and modules apart."""
     seen: dict[int, Any] = {}
-    todo = list(roots)
-    while todo:
-        thing = todo.pop()
+    pending = list(roots)
+    while pending:
+        thing = pending.pop()
         if id(thing) in seen or issubclass(type(thing), CODE):
             continue
         seen[id(thing)] = thing
-        todo += gc.get_referents(thing)
+        pending += gc.get_referents(thing)
     return list(seen.values())
 
 

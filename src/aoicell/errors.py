@@ -17,6 +17,7 @@ would be right. Anything else that escapes is a defect.
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import Any
 
 
 class AoicellError(Exception):
@@ -72,3 +73,12 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     names = sorted(known)
     close = get_close_matches(name, names, n=1)
     return f"did you mean '{close[0]}'?" if close else f"known: {', '.join(names)}"
+
+
+def shown(value: Any, longest: int = 80) -> str:
+    """A value of a file on one line of bounded length, whatever it is."""
+    try:
+        text = repr(value)
+    except (RecursionError, ValueError):  # nested too deep; an integer of too many digits
+        return "..."
+    return text if len(text) <= longest else f"{text[: longest - 3]}..."

@@ -7,8 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from aoicell.errors import ModelError, did_you_mean
+from aoicell.errors import InputError, ModelError, did_you_mean, shown
 from aoicell.transforms import SE3, Array, from_xyz_rpy
+
+
+def read_toml(path: Path, missing: str, error: type[InputError] = InputError) -> dict[str, Any]:
+    """The tables of a TOML file; raises `error`, with the words `missing` where there is none."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError:
+        raise error(f"{path}: {missing}") from None
+    except (ValueError, RecursionError) as reason:  # broken, no UTF-8, endless or too deep
+        raise error(f"{path}: not valid TOML ({' '.join(str(reason).split())})") from None
 
 
 class TomlTable:
@@ -21,12 +31,7 @@ class TomlTable:
     @classmethod
     def read(cls, path: Path) -> "TomlTable":
         """Read a file. Raises ModelError when it is missing or broken."""
-        try:
-            return cls(path, tomllib.loads(path.read_text(encoding="utf-8")))
-        except OSError:
-            raise ModelError(f"{path}: no such file; the folder must hold it") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ModelError(f"{path}: not valid TOML ({error})") from None
+        return cls(path, read_toml(path, "no such file; the folder must hold it", ModelError))
 
     def __init__(self, source: Path, values: Mapping[str, Any], where: str = "") -> None:
         self.source, self.values, self.where = source, values, where
@@ -86,7 +91,8 @@ class TomlTable:
     def complaint(self, *keys: str, wanted: str) -> ModelError:
         """The error to raise about the value at a key path: what it is and what was wanted."""
         value = self.get(*keys)
-        return ModelError(f"{self.source}: '{self._path(*keys)}' is {value!r}; it must be {wanted}")
+        place = f"{self.source}: '{self._path(*keys)}'"
+        return ModelError(f"{place} is {shown(value)}; it must be {wanted}")
 
     def _path(self, *keys: str) -> str:
         return ".".join((self.where, *keys)).lstrip(".")

@@ -267,3 +267,8 @@ def test_a_mutated_manifest_is_read_or_complained_about(tmp_path: Path, text: st
         read_recording(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_number_too_long_to_be_shown_is_a_complaint_too(tmp_path: Path) -> None:
+    absurd = MANIFEST.replace('"eye_in_hand"', "0x" + "f" * 5000)
+    assert complaint(tmp_path, absurd).startswith("'mount' = ...: give one of")

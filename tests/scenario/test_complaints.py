@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from aoicell.scenario.complaints import dotted, shown
+from aoicell.errors import shown
+from aoicell.scenario.complaints import dotted
 from scenario.written import NAME, complaint
 
 

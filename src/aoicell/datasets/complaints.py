@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from aoicell.errors import did_you_mean
+from aoicell.errors import did_you_mean, shown
 
 Models = Mapping[str, type[BaseModel]]
 
@@ -23,7 +23,7 @@ def explain(error: ValidationError, model: type[BaseModel], tags: Models) -> str
     keys, legal, choices = _walk(first["loc"], model, tags)
     kind, value = first["type"], first["input"]
     if kind in ("model_type", "model_attributes_type") and not isinstance(value, dict):
-        return f"'{'.'.join(keys)}' = {_short(value)}: give a table"
+        return f"'{'.'.join(keys)}' = {shown(value)}: give a table"
     if kind.startswith("union_tag"):  # a table whose 'kind' is missing or unknown
         keys, value = [*keys, "kind"], value.get("kind")
         kind = "missing" if value is None else "literal_error"
@@ -34,14 +34,14 @@ def explain(error: ValidationError, model: type[BaseModel], tags: Models) -> str
         hint = f"; nothing is guessed: give one of {_listed(choices)}" if choices else ""
         return f"key '{where}' is missing{hint}"
     if kind == "literal_error":
-        close = did_you_mean(str(value), choices)
+        close = did_you_mean(value if isinstance(value, str) else shown(value), choices)
         # of two opposites the one that is spelt alike is no better a guess
         hint = f"{close} " if close.startswith("did") and len(choices) > 2 else ""
-        return f"'{where}' = {_short(value)}: {hint}give one of {_listed(choices)}"
+        return f"'{where}' = {shown(value)}: {hint}give one of {_listed(choices)}"
     message = str(first["msg"]).removeprefix("Value error, ")
     if kind == "value_error" and (not where or message.startswith(("'", "key '"))):
         return message  # names its key itself
-    given = "" if isinstance(value, dict) else f" = {_short(value)}"
+    given = "" if isinstance(value, dict) else f" = {shown(value)}"
     return f"'{where}'{given}: {message[:1].lower()}{message[1:]}"
 
 
@@ -87,8 +87,3 @@ def _choices(annotation: Any) -> list[str]:
 
 def _listed(choices: Sequence[str]) -> str:
     return ", ".join(map(repr, choices))
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 80 else text[:77] + "..."

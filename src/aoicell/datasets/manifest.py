@@ -3,7 +3,6 @@
 Nothing is guessed: a convention that is missing is a complaint that lists the choices.
 """
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,6 +19,7 @@ from pydantic import (
 from aoicell.datasets.complaints import explain
 from aoicell.datasets.target_descriptions import KINDS, Mount, Name, Strict, TargetDescription
 from aoicell.errors import InputError, did_you_mean
+from aoicell.toml_table import read_toml
 
 PoseFormat = Literal[
     "matrix4x4_row_major",
@@ -179,18 +179,12 @@ def _check_named_cameras(cameras: list[CameraEntry], targets: list[TargetDescrip
 
 def load_manifest(path: Path) -> Manifest:
     """Read and check a manifest. Raises InputError."""
-    return check_manifest(path, read_toml(path))
+    return check_manifest(path, manifest_values(path))
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+def manifest_values(path: Path) -> dict[str, Any]:
     """The file's tables, unchecked. Raises InputError."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError:
-        raise InputError(f"{path}: no such manifest, or it cannot be read") from None
-    except (ValueError, RecursionError) as error:  # broken TOML, no UTF-8, endless numbers
-        reason = " ".join(str(error).split())
-        raise InputError(f"{path}: not valid TOML ({reason})") from None
+    return read_toml(path, "no such manifest, or it cannot be read")
 
 
 def check_manifest(path: Path, values: dict[str, Any]) -> Manifest:

@@ -16,7 +16,7 @@ from aoicell.calibration.starts import (
     sight_poses,
     solve_pair,
 )
-from aoicell.datasets.manifest import read_toml
+from aoicell.datasets.manifest import manifest_values
 from aoicell.datasets.readings import variants
 from aoicell.datasets.recording import Recording, assemble
 from aoicell.datasets.solve import detect
@@ -57,7 +57,7 @@ def _settled(path: Path, problem: Problem, poses: SightPoses) -> list[Mapping[st
     """The first target's poses as the arm poses of each different reading settle half turns."""
     tried: list[Mapping[str, SE3]] = []
     done: set[tuple[object, ...]] = set()
-    for variant in variants(path, read_toml(path)):
+    for variant in variants(path, manifest_values(path)):
         views = variant.manifest.views
         inverted = (variant.mount == "eye_to_hand") != (views.pose_meaning == "T_flange_base")
         key = (inverted, getattr(views, "pose_format", ""), getattr(views, "pairing", ""))

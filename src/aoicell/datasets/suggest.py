@@ -16,7 +16,7 @@ import numpy as np
 
 from aoicell.calibration.hand_eye import HandEye, HandEyeConfig, Solver, solve_hand_eye
 from aoicell.datasets.globs import matching
-from aoicell.datasets.manifest import Manifest, PairViews, PictureViews, read_toml
+from aoicell.datasets.manifest import Manifest, PairViews, PictureViews, manifest_values
 from aoicell.datasets.pairing import by_name, find_pictures
 from aoicell.datasets.pose_files import read_pairs, read_poses
 from aoicell.datasets.poses import FilePose, conventional, implausible_lengths, in_metres
@@ -66,7 +66,7 @@ def suggest(path: Path, Ts_camera_target: Mapping[str, SE3] | None = None) -> li
     source = _Source(path, Ts_camera_target or {})
     readings: list[Reading] = []
     problems: list[InputError] = []
-    for variant in variants(path, read_toml(path)):
+    for variant in variants(path, manifest_values(path)):
         try:
             readings += source.readings(variant)
         except InputError as problem:
@@ -82,7 +82,7 @@ def any_reading(path: Path) -> Recording:
     They are what is needed to find the targets first. Raises InputError.
     """
     problems: list[InputError] = []
-    for variant in variants(path, read_toml(path)):
+    for variant in variants(path, manifest_values(path)):
         try:
             return assemble(path, variant.manifest, check_lengths=False)
         except InputError as problem:

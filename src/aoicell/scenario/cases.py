@@ -12,8 +12,8 @@ from typing import Any, Literal
 
 from pydantic import ValidationError
 
-from aoicell.errors import ScenarioError
-from aoicell.scenario.complaints import dotted, explain, shown
+from aoicell.errors import ScenarioError, shown
+from aoicell.scenario.complaints import dotted, explain
 from aoicell.scenario.model import Scenario
 from aoicell.sim.sources import SOURCES, is_on, knobs_of, only
 

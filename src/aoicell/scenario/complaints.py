@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from aoicell.errors import did_you_mean
+from aoicell.errors import did_you_mean, shown
 
 Schema = Mapping[str, Any]
 
@@ -40,15 +40,6 @@ def explain(error: ValidationError, model: type[BaseModel], under: str = "") -> 
     if place:
         return f"'{where}' = {shown(first['input'])}: {message}"
     return f"'{under}': {message}" if under else message
-
-
-def shown(value: Any, longest: int = 80) -> str:
-    """A value of a file on one line of bounded length, whatever it is."""
-    try:
-        text = repr(value)
-    except (RecursionError, ValueError):  # nested too deep; an integer of too many digits
-        return "..."
-    return text if len(text) <= longest else f"{text[: longest - 3]}..."
 
 
 def dotted(place: Sequence[int | str], under: str = "") -> str:

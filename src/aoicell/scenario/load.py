@@ -1,15 +1,15 @@
 """Reading a scenario file, and its schema for editors."""
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from aoicell.errors import ScenarioError
+from aoicell.errors import ScenarioError, shown
 from aoicell.scenario.cases import cases_of
-from aoicell.scenario.complaints import dotted, explain, shown
+from aoicell.scenario.complaints import dotted, explain
 from aoicell.scenario.model import Scenario
+from aoicell.toml_table import read_toml
 
 
 def load_scenario(path: Path, **overrides: Any) -> Scenario:
@@ -17,8 +17,8 @@ def load_scenario(path: Path, **overrides: Any) -> Scenario:
 
     `cell` may be a path relative to the file. Raises ScenarioError.
     """
+    values = read_toml(path, "no such scenario file", ScenarioError)
     try:
-        values = _read(path)
         _override(values, {key: value for key, value in overrides.items() if value is not None})
         _find_cells(path.parent, values)
         scenario = Scenario(**values)
@@ -34,15 +34,6 @@ def scenario_schema() -> dict[str, Any]:
     """The JSON schema of a scenario file, for editors that complete and check TOML."""
     schema = Scenario.model_json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError:
-        raise ScenarioError("no such scenario file") from None
-    except (ValueError, RecursionError) as error:  # also: an integer of too many digits
-        raise ScenarioError(f"not valid TOML ({error})") from None
 
 
 def _override(values: dict[str, Any], overrides: dict[str, Any]) -> None:
