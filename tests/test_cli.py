@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 from helpers.running import Run, run_cli
+from helpers.runs import workers_in_this_process
 
 from aoicell import __version__
 from aoicell.benchmark.store import RunStore
@@ -175,7 +176,9 @@ def test_a_cell_with_a_pose_out_of_reach_is_refused(
     poses = dict(TomlTable.read(nominal.folder / "nominal.toml").values["poses"])
     if "poses" in changes:
         changes = {"poses": {**poses, **changes["poses"]}}
-    run = run_cli("run", scenario_with(tmp_path, nominal, **changes), "--out", tmp_path / "run")
+    path = scenario_with(tmp_path, nominal, **changes)
+    with workers_in_this_process():
+        run = run_cli("run", path, "--out", tmp_path / "run")
     assert_one_sentence(run, 3)
     assert expected in run.stderr
     assert "move it closer to the arm or choose another orientation" in run.stderr

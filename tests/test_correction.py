@@ -155,7 +155,7 @@ def test_the_arm_stays_on_the_taught_branch(
 ) -> None:
     motion = displaced(nominal, mm, deg)
     for view, taught in zip(
-        corrected_views(template, motion, nominal.arm), template.views, strict=True
+        corrected_views(template, motion, nominal.arm)[0], template.views, strict=True
     ):
         change = np.abs(view.q - taught.standard.state.q)
         assert change.max() < np.radians(25)
@@ -165,11 +165,42 @@ def test_the_arm_stays_on_the_taught_branch(
 
 def test_without_a_displacement_nothing_moves(nominal: Nominal, template: Template) -> None:
     for view, taught in zip(
-        corrected_views(template, SE3.Identity(), nominal.arm), template.views, strict=True
+        corrected_views(template, SE3.Identity(), nominal.arm)[0], template.views, strict=True
     ):
         np.testing.assert_allclose(view.q, taught.standard.state.q, atol=1e-9)
 
 
-def test_a_view_out_of_reach_is_named(nominal: Nominal, template: Template) -> None:
-    with pytest.raises(Unreachable, match=r"^corrected view V1: flange pose at .* out of reach"):
-        corrected_views(template, translation(1.5), nominal.arm)
+def test_a_view_out_of_reach_is_named_with_the_nearest(
+    nominal: Nominal, template: Template
+) -> None:
+    views, unreached = corrected_views(template, translation(1.5), nominal.arm)
+    assert views == ()
+    assert [view.id for view in unreached] == [view.id for view in template.views]
+    assert unreached[0].reason.startswith("corrected view V1: flange pose at")
+    assert "out of reach" in unreached[0].reason
+    nearest = unreached[0].q_nearest
+    assert nearest is not None
+    assert (nearest <= nominal.arm.upper).all()
+
+
+def test_the_others_go_on_without_a_view_out_of_reach(
+    nominal: Nominal, template: Template
+) -> None:
+    """The farther the board goes, the fewer views are left."""
+    left = [
+        len(corrected_views(template, translation(y=y / 100), nominal.arm)[0])
+        for y in range(0, 80, 4)
+    ]
+    assert left[0] == len(template.views)
+    assert left[-1] == 0
+    assert any(0 < count < len(template.views) for count in left)
+
+
+def test_a_nearly_singular_view_counts_as_out_of_reach(
+    nominal: Nominal, template: Template
+) -> None:
+    _, unreached = corrected_views(
+        template, SE3.Identity(), nominal.arm, min_singularity_margin=10
+    )
+    assert all("nearly singular" in view.reason for view in unreached)
+    assert len(unreached) == len(template.views)

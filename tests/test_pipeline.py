@@ -11,7 +11,8 @@ from aoicell.calibration.poses import INTRINSIC_VIEWS, SETUP_MOTIONS, TABLE_2
 from aoicell.errors import Refused, TargetNotFound
 from aoicell.nominal import Nominal
 from aoicell.observation import Observation
-from aoicell.pipeline import METHODS, calibrate, flange_target, relocate, teach
+from aoicell.online import Looked, relocate
+from aoicell.pipeline import METHODS, calibrate, flange_target, teach
 from aoicell.transforms import distance_deg, distance_mm
 
 pytest_plugins = ["helpers.sessions"]
@@ -127,12 +128,9 @@ def test_teaching_without_the_board_is_refused(ideal_session: Session, method: s
 
 @pytest.mark.parametrize("method", list(METHODS))
 def test_looking_at_nothing_is_refused(ideal_session: Session, method: str) -> None:
-    template = ideal_session.templates[method]
+    online = ideal_session.online(method)
     with pytest.raises(TargetNotFound, match=r"missing: M1.*bring the board back into view"):
-        relocate(
-            blank(template.look), template, ideal_session.calibrations[method],
-            ideal_session.nominal, METHODS[method],
-        )  # fmt: skip
+        relocate(Looked(blank(online.template.look)), online)
 
 
 def test_a_view_is_commanded_by_the_design(nominal: Nominal) -> None:

@@ -59,7 +59,7 @@ def test_what_is_no_method_is_named(name: str, expected: str) -> None:
 
 
 def test_a_marker_of_another_package() -> None:
-    assert marker_kinds() == ["cross", "big"]
+    assert marker_kinds() == ["cross", "coded", "apriltag", "charuco", "big"]
     assert isinstance(make_marker("cross", 0.06, 0.036), CrossMarker)
     assert make_marker("big", 0.06, 0.036).size == pytest.approx(0.12)
     with pytest.raises(InputError, match="marker kind 'bgi': did you mean 'big'"):

@@ -65,12 +65,13 @@ def test_moved_markers_are_measured(
     world: World, nominal: Nominal, pictures: list[Observation]
 ) -> None:
     design = designed_layout(nominal.board, MARKER)
-    layout = measured_layout(
+    layout, sigma_px = measured_layout(
         [MARKER.detect(o.grey) for o in pictures], [expected(nominal, o) for o in pictures],
         design, nominal.cameras["hand"], fixed="M1",
     )  # fmt: skip
     assert worst_mm(design, true_layout(world)) > 0.5
     assert worst_mm(layout, true_layout(world)) < 0.02
+    assert 1e-3 < sigma_px < 0.1
     np.testing.assert_array_equal(layout["M1"], design["M1"])
 
 

@@ -9,7 +9,8 @@ import pytest
 from helpers.fence import PROTOCOL, fenced
 from helpers.running import Rehearsal
 
-from aoicell.pipeline import METHODS, look, relocate, visit
+from aoicell.online import look, relocate, visit
+from aoicell.pipeline import METHODS
 from aoicell.sim.as_built import AsBuilt
 from aoicell.sim.cell import SimCell
 from aoicell.sim.world import Truth, World
@@ -52,12 +53,11 @@ def test_the_whole_procedure_runs_on_the_protocol_alone(
 ) -> None:
     """Calibration and teaching ran behind the fence in the fixture; here is the rest."""
     session = ideal_rehearsal.session
-    template, calibration = session.templates[method], session.calibrations[method]
-    picture = look(session.cell, template)
-    correction = relocate(picture, template, calibration, session.nominal, METHODS[method])
+    online = session.online(method)
+    correction = relocate(look(session.cell, online), online)
     assert correction.shift_mm < 0.2  # the board was not moved
-    pictures = visit(session.cell, correction)
-    assert set(pictures) == {view.id for view in template.views}
+    visited = visit(session.cell, correction, online)
+    assert set(visited.images) == {view.id for view in online.template.views}
 
 
 def test_no_estimate_holds_the_truth(ideal_rehearsal: Rehearsal) -> None:

@@ -80,11 +80,6 @@ def test_the_source_archive_holds_what_the_wheel_is_built_from(built: Path) -> N
     assert data_files() | {"pyproject.toml", "LICENSE", "README.md", "requirements.lock"} <= names
 
 
-def test_the_installed_command_runs_in_an_empty_folder(installed: Path, tmp_path: Path) -> None:
-    assert VERSION in aoicell(installed, tmp_path, "--version")
-    assert "demo" in aoicell(installed, tmp_path, "--help")
-
-
 def test_the_installed_package_finds_its_own_data(installed: Path, tmp_path: Path) -> None:
     program = "from aoicell import resources; print(resources.data_root())"
     printed = run(sys.executable, "-c", program, folder=tmp_path, PYTHONPATH=str(installed))
@@ -93,6 +88,19 @@ def test_the_installed_package_finds_its_own_data(installed: Path, tmp_path: Pat
     assert all(any((root / kind).iterdir()) for kind in KINDS)
 
 
+def test_the_installed_command_says_its_version(installed: Path, tmp_path: Path) -> None:
+    assert aoicell(installed, tmp_path, "--version") == f"{VERSION}\n"
+
+
+def test_the_installed_command_runs_a_trial_in_an_empty_folder(
+    installed: Path, tmp_path: Path
+) -> None:
+    aoicell(installed, tmp_path, "run", "gate", "--only", "0", "--workers", "1")
+    (page,) = tmp_path.rglob("report.html")
+    assert page.is_relative_to(tmp_path / "runs")
+
+
+@pytest.mark.slow  # the same with pictures, the second trial, and no name to give
 def test_the_installed_demo_runs_in_an_empty_folder(installed: Path, tmp_path: Path) -> None:
     aoicell(installed, tmp_path, "demo")
 

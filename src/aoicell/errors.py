@@ -17,7 +17,23 @@ would be right. Anything else that escapes is a defect.
 
 from collections.abc import Iterable
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, Literal
+
+
+Why = Literal[
+    "unspecified",
+    "target_not_found",  # a calibration board, a marker when the board is taught
+    "marker_not_found",  # too few of the board's markers
+    "ambiguous",  # more than one board could be meant
+    "inconsistent",  # markers are not where the board has them
+    "too_far",  # outside the range that is stated for a displacement
+    "reference_not_found",
+    "reference_unclear",  # what is seen of the reference is no rigid motion of it
+    "contradicted",  # camera, mount or reference moved
+    "bound_above_tolerance",
+    "unreachable",
+    "implausible",
+]
 
 
 class AoicellError(Exception):
@@ -51,21 +67,43 @@ class Interrupted(AoicellError):
 
 
 class Refused(AoicellError):
-    """A quality gate declines to answer: no answer is better than a wrong one."""
+    """A quality gate declines to answer: no answer is better than a wrong one.
+
+    `cause` says why in one word for machines, as the sentence does for people.
+    """
 
     exit_code = 3
+    cause: Why = "unspecified"
+
+    def __init__(self, message: str = "", cause: Why | None = None) -> None:
+        super().__init__(message)
+        if cause is not None:
+            self.cause = cause
 
 
 class TargetNotFound(Refused):
     """A calibration board or marker is not (completely) in the picture."""
 
+    cause: Why = "target_not_found"
+
 
 class Unreachable(Refused):
-    """A pose has no joint solution within the limits."""
+    """A pose has no joint solution within the limits, or bodies would touch on the way.
+
+    `q_nearest` (dof,): joint angles (rad) that come nearest, where they are known.
+    """
+
+    cause: Why = "unreachable"
+
+    def __init__(self, message: str, q_nearest: Any = None) -> None:
+        super().__init__(message)
+        self.q_nearest = q_nearest
 
 
 class Implausible(Refused):
     """A solver returned something that cannot be true (NaN, behind the camera, ...)."""
+
+    cause: Why = "implausible"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -43,7 +43,8 @@ def localize(
 ) -> LocatedLayout:
     """The taught markers among the detections (4, 2) px of a picture from the look-out pose.
 
-    Raises TargetNotFound when too few are in the picture or they do not fit their layout.
+    Raises TargetNotFound when too few are in the picture, and Refused when they do not fit their
+    layout or the board is not where it may be; see `locate_layout`.
     """
     return locate_layout(
         detections,
@@ -52,4 +53,6 @@ def localize(
         template.taught.T_camera_target,
         needed=min(config.min_markers, len(template.layout)),
         config=config.layout,
+        # one marker alone was not measured in its layout, and its print may be off
+        sigma_px=template.sigma_px if len(template.layout) > 1 else None,
     )

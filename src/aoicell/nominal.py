@@ -4,12 +4,12 @@ Read from a cell folder's `nominal.toml` and the model folders that it names.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from aoicell.board import BoardDesign, MarkerDesign, load_board
+from aoicell.board import BoardDesign, MarkerDesign, load_board, with_markers
 from aoicell.camera import Camera
 from aoicell.errors import ModelError
 from aoicell.observation import CameraName
@@ -78,14 +78,26 @@ class Nominal:
 
     @property
     def marker(self) -> Marker:
-        """The marker as printed; all markers of a board are alike."""
-        return make_marker(self.positioning.kind, self.positioning.size, self.positioning.pitch)
+        """The positioning marker as printed; those of a board are alike but for their codes."""
+        m = self.positioning
+        return make_marker(m.kind, m.size, m.pitch, m.code)
+
+    @property
+    def marker_codes(self) -> Mapping[str, str | None]:
+        """What each marker says of itself when it is sighted, by id; None for the plain one."""
+        return {m.id: m.code or None for m in self.board.markers}
 
     @property
     def T_board_positioning(self) -> SE3:
         """Its design pose on the board."""
         m = self.positioning
         return from_xyz_rpy([m.x, m.y, m.z], [0, 0, m.rotation])
+
+    def with_markers(
+        self, kind: str = "", size: float = 0.0, pitch: float = 0.0, make_room: bool = False
+    ) -> "Nominal":
+        """The cell whose board has other markers (m); see `aoicell.board.with_markers`."""
+        return replace(self, board=with_markers(self.board, kind, size, pitch, make_room))
 
 
 def load_nominal(folder: Path) -> Nominal:

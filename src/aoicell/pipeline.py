@@ -1,20 +1,19 @@
-"""The paper on one page: calibrate, register, localise, correct, visit.
+"""Setting up, on one page: calibrate the cell, teach the board. What follows is in `online`.
 
-Knows the `Cell` protocol and the nominal cell only. Two methods share the pictures:
-`paper` does what the paper says, `aoicell` the same chain with whatever is better.
+Knows the `Cell` protocol and the nominal cell only. The methods share the pictures: `paper`
+does what the paper says, `aoicell` the same chain with whatever is better.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeVar
 
+from aoicell.calibration.cell_model import CellModel, refine_cell
 from aoicell.calibration.hand_eye import HandEye, HandEyeSolver, solve_hand_eye
 from aoicell.calibration.intrinsics import Intrinsics, calibrate_intrinsics
 from aoicell.calibration.poses import INTRINSIC_VIEWS, SETUP_MOTIONS, TABLE_2
-from aoicell.calibration.refinement import refine_hand_eye
 from aoicell.calibration.world import TripodView, WorldSetup, set_up_world
-from aoicell.correction import Correction, correct
 from aoicell.errors import TargetNotFound
 from aoicell.localization import Localizer, localize
 from aoicell.nominal import Nominal, View
@@ -53,6 +52,7 @@ class Method:
     all_views: bool
     all_markers: bool
     by_equations: bool
+    looks: int = 1
     solve_hand_eye: HandEyeSolver = solve_hand_eye
     localize: Localizer = localize
     detector: Detector | None = None
@@ -61,9 +61,19 @@ class Method:
 METHODS: Mapping[str, Method] = MappingProxyType(
     {
         "paper": Method("paper", all_views=False, all_markers=False, by_equations=True),
-        "aoicell": Method("aoicell", all_views=True, all_markers=True, by_equations=False),
+        "aoicell_one_look": Method("aoicell_one_look", True, True, by_equations=False),
+        "aoicell": Method("aoicell", True, True, by_equations=False, looks=3),
     }
 )
+
+
+def same_setup(method: Method, methods: Sequence[Method]) -> Method:
+    """The first of the methods that differs from this one in nothing but name and looks."""
+
+    def setup(m: Method) -> Method:
+        return replace(m, name="", looks=1)
+
+    return next((m for m in methods if setup(m) == setup(method)), method)
 
 
 @dataclass(frozen=True)
@@ -77,7 +87,10 @@ class CalibrationPictures:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The calibrated cell as one method has it; `unused` says why a picture was not used."""
+    """The calibrated cell as one method has it; `unused` says why a picture was not used.
+
+    `model` is what a joint refinement knows of its own uncertainty.
+    """
 
     hand: Intrinsics
     tripod: Intrinsics
@@ -85,6 +98,7 @@ class Calibration:
     hand_eye: HandEye
     arm: Arm
     unused: tuple[str, ...]
+    model: CellModel | None = None
 
     def T_base_camera(self, state: RobotState) -> SE3:
         """The hand camera at a robot state, by the arm and the hand-eye of this calibration."""
@@ -93,11 +107,15 @@ class Calibration:
 
 @dataclass(frozen=True)
 class TaughtPictures:
-    """Pictures of the taught board: from P_check, from above, and the standard images."""
+    """Pictures of the taught board: from P_check, from above, and the standard images.
+
+    `reference` shows chessboard 2, which stays where it is.
+    """
 
     check: Observation
     overview: Observation
     views: tuple[TaughtView, ...]
+    reference: Observation
 
 
 # -- Moving and taking pictures -------------------------------------------------------------
@@ -141,12 +159,14 @@ def photograph_board(cell: Cell, nominal: Nominal) -> TaughtPictures:
     q_views = [
         flange_target(nominal, T_base_board, view, q_check) for view in nominal.inspection_views
     ]
-    check, overview, *standards = capture_at(cell, [q_check, q_overview, *q_views])
+    q_reference = flange_target(nominal, nominal.T_base_tabletarget, nominal.hand_eye_start, q_home)
+    qs = [q_check, q_overview, *q_views, q_reference]
+    check, overview, *standards, reference = capture_at(cell, qs)
     views = [
         TaughtView(view.id, standard)
         for view, standard in zip(nominal.inspection_views, standards, strict=True)
     ]
-    return TaughtPictures(check, overview, tuple(views))
+    return TaughtPictures(check, overview, tuple(views), reference)
 
 
 # -- Estimating -------------------------------------------------------------------------------
@@ -182,10 +202,12 @@ def calibrate(
         )  # fmt: skip
         shown = _hand_pictures(pictures) if method.all_views else pictures.table_2
         used = [picture for picture in shown if picture in uvs]
-        hand_eye, arm = _hand_eye(used, uvs, hand, world, nominal, method)
+        hand_eye, model = _hand_eye(used, uvs, hand, world, nominal, method)
         calibrations[method.name] = Calibration(
-            hand, tripod, world, hand_eye, arm, (*unused, *unused_hand)
-        )
+            hand if model is None else replace(hand, camera=model.camera),
+            tripod, world, hand_eye, nominal.arm if model is None else model.arm,
+            (*unused, *unused_hand), model,
+        )  # fmt: skip
     return calibrations
 
 
@@ -216,7 +238,7 @@ def _hand_eye(
     world: WorldSetup,
     nominal: Nominal,
     method: Method,
-) -> tuple[HandEye, Arm]:
+) -> tuple[HandEye, CellModel | None]:
     """A X = Z B, with the half turn of the board settled by where the set-up puts it."""
     target, camera = nominal.tabletarget, hand.camera
     uvs, Ts_camera_target = [], []
@@ -232,9 +254,9 @@ def _hand_eye(
     Ts_base_flange = [picture.state.T_base_flange for picture in pictures]
     result = method.solve_hand_eye(Ts_base_flange, Ts_camera_target)
     if not method.all_views:
-        return result, nominal.arm
-    qs = [picture.state.q for picture in pictures]
-    return refine_hand_eye(result, nominal.arm, target, camera, uvs, qs, Ts_camera_target)
+        return result, None
+    states = [picture.state for picture in pictures]
+    return refine_cell(result, nominal.arm, target, camera, uvs, states, Ts_camera_target)
 
 
 def teach(
@@ -262,38 +284,10 @@ def teach(
     detections = [found(observation) for observation in shown]
     Ts_camera_board = [expected(observation, nominal.T_base_board) for observation in shown]
     design = designed_layout(nominal.board, marker)
-    layout = measured_layout(detections, Ts_camera_board, design, camera, fixed=positioning.id)
-    return register(overview, detections[1], pictures.views, layout, camera, Ts_camera_board[1])
-
-
-# -- Online -------------------------------------------------------------------------------------
-
-
-def look(cell: Cell, template: Template) -> Observation:
-    """The picture that localises: from the pose where the board was taught."""
-    cell.move(template.look.state.q)
-    return cell.capture()
-
-
-def relocate(
-    observation: Observation,
-    template: Template,
-    calibration: Calibration,
-    nominal: Nominal,
-    method: Method,
-    detector: Detector = IN_PICTURES,
-) -> Correction:
-    """From that picture: where the board is, and the corrected taught views."""
-    detections = (method.detector or detector).markers(observation, nominal.marker)
-    located = method.localize(observation, detections, template, calibration.hand.camera)
-    return correct(
-        template, located, calibration.T_base_camera(template.look.state),
-        calibration.T_base_camera(observation.state), calibration.arm, method.by_equations,
+    layout, sigma_px = measured_layout(
+        detections, Ts_camera_board, design, camera, fixed=positioning.id
+    )
+    return register(
+        overview, detections[1], pictures.views, layout, camera, Ts_camera_board[1], sigma_px,
+        pictures.reference,
     )  # fmt: skip
-
-
-def visit(cell: Cell, correction: Correction) -> dict[str, Observation]:
-    """Drive to the corrected views and take the new images, by view id."""
-    views = correction.views
-    pictures = capture_at(cell, [view.q for view in views])
-    return {view.id: picture for view, picture in zip(views, pictures, strict=True)}

@@ -33,12 +33,15 @@ class Template:
 
     `look` is the observation that located the taught board from the check or overview pose;
     `taught` its result: T_S of the paper when the layout is the one positioning marker.
+    `sigma_px` is the noise of a cross centre; `reference` a picture of something that stays.
     """
 
     layout: Layout
     look: Observation
     taught: LocatedLayout
     views: tuple[TaughtView, ...]
+    sigma_px: float = 0.05
+    reference: Observation | None = None
 
 
 def register(
@@ -48,13 +51,23 @@ def register(
     layout: Layout,
     camera: Camera,
     T_camera_expected: SE3,
+    sigma_px: float = 0.05,
+    reference: Observation | None = None,
 ) -> Template:
     """Locate the taught board by the detections in `look` and keep it with the taught views.
 
     Raises TargetNotFound when a marker of the layout is not in the picture.
     """
     taught = locate_layout(detections, layout, camera, T_camera_expected)
-    return Template(layout, look, taught, tuple(views))
+    return Template(layout, look, taught, tuple(views), sigma_px, reference)
+
+
+def component_points(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> Array:
+    """Tops of the components (N, 3), in the board's frame, that lie in a picture of the board."""
+    tops = np.array([[c.x, c.y, c.top] for c in board.components]).reshape(-1, 3)
+    uv = camera.project(tops, T_camera_board)
+    inside = ((uv >= 0) & (uv <= [camera.width - 1, camera.height - 1])).all(axis=1)
+    return tops[inside]
 
 
 def designed_layout(board: BoardDesign, marker: Marker) -> Layout:
@@ -71,11 +84,12 @@ def measured_layout(
     design: Layout,
     camera: Camera,
     fixed: str,
-) -> Layout:
+) -> tuple[Layout, float]:
     """The layout as several pictures show it: each marker moved and turned in the board's plane.
 
     The marker `fixed` stays at its design place: it defines the board's frame. A joint
     refinement over all pictures, with the camera poses free, so the arm has no part in it.
+    Comes with the standard deviation (px) of a coordinate of a cross.
     """
     sightings = []
     for found, expected in zip(detections, Ts_camera_expected, strict=True):
@@ -106,7 +120,8 @@ def measured_layout(
 
     start = np.zeros(3 * len(free) + 6 * len(sightings))
     solution = least_squares(residuals, start, method="lm", x_scale="jac")
-    return moved(solution.x)
+    spare = max(len(solution.fun) - len(solution.x), 1)
+    return moved(solution.x), float(np.sqrt((solution.fun**2).sum() / spare))
 
 
 def _start_pose(uvs: Mapping[str, Array], design: Layout, camera: Camera) -> SE3:

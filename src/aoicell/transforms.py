@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pinocchio import SE3
+from pinocchio import SE3, exp6
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
@@ -22,6 +22,7 @@ __all__ = [
     "distance_mm",
     "from_matrix",
     "from_rvec",
+    "from_twist",
     "from_xyz_rpy",
     "is_rigid",
     "looking_at",
@@ -43,6 +44,11 @@ def from_rvec(rvec: ArrayLike, tvec: ArrayLike) -> SE3:
     """SE3 from OpenCV's rotation vector (rad) and translation (m)."""
     R = Rotation.from_rotvec(np.ravel(rvec)).as_matrix()
     return SE3(R, np.array(np.ravel(tvec), dtype=float))
+
+
+def from_twist(twist: ArrayLike) -> SE3:
+    """SE3 from a twist (6,): translation (m), rotation (rad); the exponential map."""
+    return SE3(exp6(np.asarray(twist, dtype=float)))
 
 
 def to_rvec(T: SE3) -> tuple[Array, Array]:

@@ -20,8 +20,8 @@ def store(tmp_path: Path) -> RunStore:
     return stored(tmp_path / "run", trials)
 
 
-def test_csv_has_a_row_a_trial_and_a_row_a_view(store: RunStore, tmp_path: Path) -> None:
-    trials, views = export(store, tmp_path / "out", "csv")
+def test_csv_has_a_row_a_trial_a_view_and_a_marker(store: RunStore, tmp_path: Path) -> None:
+    trials, views, markers = export(store, tmp_path / "out", "csv")
     with trials.open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["outcome"] for row in rows] == ["corrected", "refused"]
@@ -32,15 +32,21 @@ def test_csv_has_a_row_a_trial_and_a_row_a_view(store: RunStore, tmp_path: Path)
     with views.open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["view"], row["detected_px"]) for row in rows] == [("V1", "2.0"), ("V2", "")]
+    with markers.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["view"], row["marker"], row["detected_px"], row["true_px"]) for row in rows] == [
+        ("V1", "M2", "2.0", "1.9"), ("V2", "M2", "", "1.9"),
+    ]  # fmt: skip
 
 
 def test_parquet_holds_the_same(store: RunStore, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
-    trials, _ = export(store, tmp_path, "parquet")
+    trials, _, markers = export(store, tmp_path, "parquet")
     table = parquet.read_table(trials)
     assert table["residual_mm"].to_pylist() == [(1 / 3 + 2) / 2, None]
     assert table["reason"].to_pylist() == ["", "marker M1 is missing"]
     assert table["number"].to_pylist() == [0, 1]
+    assert parquet.read_table(markers)["detected_px"].to_pylist() == [2.0, None]
 
 
 def test_without_its_package_parquet_says_what_to_install(
@@ -52,6 +58,6 @@ def test_without_its_package_parquet_says_what_to_install(
 
 
 def test_a_run_without_trials_has_empty_tables(tmp_path: Path) -> None:
-    trials, _ = export(stored(tmp_path / "run", []), tmp_path, "csv")
+    trials, *_ = export(stored(tmp_path / "run", []), tmp_path, "csv")
     assert len(trials.read_text().splitlines()) == 1
     assert np.size(RunStore(tmp_path / "run").columns("trials")["number"]) == 0

@@ -10,6 +10,7 @@ import pytest
 from aoicell.benchmark.recording import record_scenario
 from aoicell.camera import Camera
 from aoicell.datasets.recording import read_recording
+from aoicell.datasets.solve import solve_recording
 from aoicell.errors import InputError
 from aoicell.nominal import Nominal
 from aoicell.observation import Observation, RobotState
@@ -37,10 +38,33 @@ def test_the_manifests_read_back(recorded: Path, nominal: Nominal) -> None:
     assert {"table_2_A", "table_2_F", "view_01"} <= {view.id for view in hand.views}
     tripod = read_recording(recorded / "world0" / "tripod" / "manifest.toml")
     assert tripod.mount == "eye_to_hand"
-    squares = [r.targets[0].square_mm for r in (hand, tripod)]  # type: ignore[union-attr]
+    squares = {t.name: t.square_mm for r in (hand, tripod) for t in r.targets}  # type: ignore[union-attr]
     assert squares == pytest.approx(
-        [1e3 * nominal.tabletarget.square, 1e3 * nominal.armtarget.square]
-    )
+        {"tabletarget": 1e3 * nominal.tabletarget.square,
+         "armtarget": 1e3 * nominal.armtarget.square}
+    )  # fmt: skip
+    assert [t.mount for t in tripod.targets] == ["eye_to_hand", "eye_in_hand"]  # flange, table
+
+
+def test_the_joint_angles_belong_to_the_poses(recorded: Path) -> None:
+    for folder in ("hand_eye", "tripod"):
+        recording = read_recording(recorded / "world0" / folder / "manifest.toml")
+        assert recording.arm is not None
+        for view in recording.views:
+            assert view.q is not None
+            assert recording.arm.fk(view.q).isApprox(view.T_base_flange, 1e-9)
+
+
+def test_the_tripods_two_boards_calibrate_to_the_truth(recorded: Path) -> None:
+    truth = json.loads((recorded / "truth.json").read_text())["worlds"][0]
+    solved = solve_recording(read_recording(recorded / "world0" / "tripod" / "manifest.toml"))
+    assert solved.report.verdict == "ok", solved.report.reasons
+    solution = solved.report.solution
+    assert solution is not None
+    places = {"armtarget": "T_flange_armtarget", "tabletarget": "T_base_tabletarget"}
+    for name, key in places.items():
+        gap = solution.estimate.T_mount_fixture[name].translation - np.array(truth[key])[:3, 3]
+        assert np.linalg.norm(gap) < 5e-4
 
 
 def test_poses_pictures_and_truth_belong_together(recorded: Path, nominal: Nominal) -> None:

@@ -11,9 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.runs import CHEAP, results, said_by, start_run, workers_of
+from helpers.runs import (
+    CHEAP,
+    results,
+    said_by,
+    start_run,
+    workers_in_this_process,
+    workers_of,
+)
 
-from aoicell.benchmark import runner, work
+from aoicell.benchmark import work
 from aoicell.benchmark.runner import Progress, run_scenario
 from aoicell.benchmark.store import RunStore
 from aoicell.errors import InputError, Refused
@@ -33,6 +40,12 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def expected(alone: Path) -> Results:
     return results(alone)
+
+
+@pytest.fixture
+def in_this_process() -> Iterator[None]:
+    with workers_in_this_process():
+        yield
 
 
 def stored_trials(folder: Path) -> int:
@@ -61,21 +74,40 @@ def test_one_worker_does_every_trial_once(alone: Path, expected: Results) -> Non
     assert summary["methods"]["aoicell"]["corrected"] == CHEAP.trials
 
 
-def test_two_workers_find_the_same_bit_for_bit(expected: Results, tmp_path: Path) -> None:
+def test_two_workers_find_the_same_bit_for_bit_although_one_is_killed(
+    expected: Results, tmp_path: Path
+) -> None:
+    """A dead worker is replaced, its trial repeated, and every trial counted once."""
     seen: list[tuple[int, int]] = []
-    run_scenario(CHEAP, tmp_path, lambda p: seen.append((p.done, p.total)), workers=2)
+    crews: list[list[int]] = []
+
+    def watch(progress: Progress) -> None:
+        seen.append((progress.done, progress.total))
+        if progress.done in (2, CHEAP.trials - 1):
+            crews.append(workers_of(os.getpid()))
+        if progress.done == 2:
+            os.kill(crews[0][0], signal.SIGKILL)
+
+    run_scenario(CHEAP, tmp_path, watch, workers=2)
     assert results(tmp_path) == expected
     assert seen == [(done, CHEAP.trials) for done in range(CHEAP.trials + 1)]
+    before, after = crews
+    assert len(before) == len(after) == 2
+    assert before[0] not in after
 
 
 @pytest.mark.slow
-def test_eight_workers_find_the_same_bit_for_bit(expected: Results, tmp_path: Path) -> None:
-    run_scenario(CHEAP, tmp_path, workers=8)
+@pytest.mark.parametrize("workers", [2, 8])
+def test_many_workers_find_the_same_bit_for_bit(
+    expected: Results, tmp_path: Path, workers: int
+) -> None:
+    run_scenario(CHEAP, tmp_path, workers=workers)
     assert results(tmp_path) == expected
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_one_trial_can_be_repeated_alone(expected: Results, tmp_path: Path) -> None:
-    run_scenario(CHEAP, tmp_path, workers=1, only=8)
+    run_scenario(CHEAP, tmp_path, only=8)
     trials, worlds, _ = results(tmp_path)
     assert trials == [t for t in expected[0] if t["number"] == 8]
     assert worlds == expected[1][1:2]
@@ -90,9 +122,10 @@ def test_the_number_of_a_trial_has_its_range(tmp_path: Path) -> None:
 # -- Going on -----------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("in_this_process")  # the one that goes on
 def test_a_killed_runner_loses_nothing_and_goes_on(expected: Results, tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    process = start_run(CHEAP, folder, "--workers", "2")
+    process = start_run(CHEAP, folder, "--workers", "1")
     wait_for_trials(folder, 3)
     crew = workers_of(process.pid)
     assert crew
@@ -102,7 +135,7 @@ def test_a_killed_runner_loses_nothing_and_goes_on(expected: Results, tmp_path: 
     assert 3 <= kept < CHEAP.trials
     assert not (folder / "summary.json").exists()
     seen: list[int] = []
-    run_scenario(CHEAP, folder, lambda p: seen.append(p.done), workers=1, resume=True)
+    run_scenario(CHEAP, folder, lambda p: seen.append(p.done), resume=True)
     assert seen[0] == kept  # what was done is not done again
     assert results(folder) == expected
     wait_until_gone(crew)
@@ -116,27 +149,17 @@ def wait_until_gone(processes: list[int]) -> None:
         time.sleep(0.05)
 
 
-def test_a_killed_worker_is_replaced_and_its_trial_repeated(
-    expected: Results, tmp_path: Path
-) -> None:
-    folder = tmp_path / "run"
-    process = start_run(CHEAP, folder, "--workers", "2")
-    wait_for_trials(folder, 2)
-    os.kill(workers_of(process.pid)[0], signal.SIGKILL)
-    assert process.wait(120) == 0, said_by(folder)
-    assert results(folder) == expected
-
-
 def test_control_c_ends_cleanly_and_keeps_what_is_done(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    process = start_run(CHEAP, folder, "--workers", "1")
+    longer = CHEAP.model_copy(update={"trials_per_world": 60, "methods": ["paper"]})
+    process = start_run(longer, folder, "--workers", "1")
     wait_for_trials(folder, 2)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: the workers get it, too
     assert process.wait(60) == 130
     lines = said_by(folder).strip().splitlines()
     assert len(lines) == 1, lines
-    assert f"of {CHEAP.trials} trials, which are kept in {folder}; --resume goes on" in lines[0]
-    assert 2 <= stored_trials(folder) < CHEAP.trials
+    assert f"of {longer.trials} trials, which are kept in {folder}; --resume goes on" in lines[0]
+    assert 2 <= stored_trials(folder) < longer.trials
 
 
 def test_a_changed_scenario_is_not_mixed_with_another(alone: Path) -> None:
@@ -184,38 +207,7 @@ def test_killed_at_a_random_moment(expected: Results, tmp_path: Path, seed: int)
 # -- What goes wrong ----------------------------------------------------------------------------
 
 
-@pytest.fixture
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Workers that are no processes, so that a test can put a defect into them."""
-    monkeypatch.setattr(runner, "local_workers", lambda count: _Here())
-    yield
-    work._ready.key = work._ready.session = None
-
-
-class _Here:
-    """The crew of one: this process. A call that raises SystemExit counts as a dead worker."""
-
-    def __enter__(self) -> "list[_Here]":
-        return [self]
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def submit(self, function: Any, task: Any) -> Any:
-        from concurrent.futures import Future
-
-        future: Future[Any] = Future()
-        try:
-            future.set_result(function(task))
-        except BaseException as error:
-            future.set_exception(error)
-        return future
-
-    def died(self, error: BaseException) -> bool:
-        return isinstance(error, SystemExit)
-
-
-FOUR = CHEAP.model_copy(update={"worlds": 2, "trials_per_world": 2})
+FOUR = CHEAP.model_copy(update={"trials_per_world": 2})
 
 
 @pytest.mark.usefixtures("in_this_process")
@@ -276,10 +268,10 @@ def test_a_trial_that_kills_every_worker_is_given_up(
         return run_trial(session, trial)
 
     monkeypatch.setattr(work, "run_trial", deadly)
-    summary = run_scenario(FOUR, tmp_path)
+    summary = run_scenario(FOUR.model_copy(update={"methods": ["paper"]}), tmp_path)
     assert summary["methods"]["paper"]["failed"] == 1
     assert summary["methods"]["paper"]["corrected"] == 3
-    (fatal,) = RunStore(tmp_path).trials("outcome = 'failed' AND method = 'paper'")
+    (fatal,) = RunStore(tmp_path).trials("outcome = 'failed'")
     assert (fatal.world, fatal.trial, fatal.number) == (1, 0, 2)
     assert fatal.reason == "RuntimeError: 3 workers died over this trial"
 

@@ -63,6 +63,12 @@ def test_the_columns_are_for_people_with_sql(store: RunStore) -> None:
         ("V1", 1.0, -0.48, 2.0, pytest.approx(1.9)),
         ("V2", 2.0, -0.96, None, 1.9),
     ]
+    rows = connection.execute("SELECT view, marker, detected_px, true_px, image_mm FROM markers")
+    assert list(rows) == [
+        ("V1", "M2", 1.0, 1.9, 0.19),
+        ("V1", "M3", 3.0, 1.9, pytest.approx(0.57)),
+        ("V2", "M2", None, 1.9, None),
+    ]
     connection.close()
 
 
@@ -75,6 +81,12 @@ def test_columns_are_arrays_and_null_is_no_number(store: RunStore) -> None:
     views = store.columns("views", ["view", "x_mm"])
     assert list(views) == ["view", "x_mm"]
     np.testing.assert_allclose(views["x_mm"], [0.36, 0.72])
+    add(store, trial(1, views=[view("V1", 1.0, (None, 3.0))]))
+    markers = store.columns("markers")
+    assert list(zip(markers["trial"], markers["view"], markers["marker"], strict=True)) == [
+        (0, "V1", "M2"), (0, "V2", "M2"), (1, "V1", "M2"), (1, "V1", "M3"),
+    ]  # fmt: skip
+    np.testing.assert_array_equal(markers["detected_px"], [2.0, 2.0, np.nan, 3.0])
 
 
 def test_what_is_done_is_known_world_by_world(store: RunStore) -> None:
@@ -98,6 +110,28 @@ def test_a_trial_is_kept_once_and_whole(store: RunStore) -> None:
     with pytest.raises(sqlite3.IntegrityError):  # nothing of what comes with it, either
         add(store, trial(method="aoicell"), trial())
     assert list(store.trials()) == [trial()]
+    assert list(store.columns("views")["method"]) == ["paper"]
+    assert list(store.columns("markers")["method"]) == ["paper"]
+
+
+def test_another_versions_tables_are_refused_to_readers_and_writers(store: RunStore) -> None:
+    add(store, trial())
+    with sqlite3.connect(store.folder / "trials.sqlite") as connection:
+        connection.execute("DROP TABLE markers")
+    connection.close()
+    for use in (lambda: store.columns("markers"), lambda: add(store, trial(1))):
+        with pytest.raises(InputError, match=r"run: its store has no table 'markers', so another"):
+            use()
+    assert store.count_trials() == 1
+
+
+def test_another_versions_columns_are_refused_to_writers(store: RunStore) -> None:
+    with sqlite3.connect(store.folder / "trials.sqlite") as connection:
+        connection.execute("ALTER TABLE views DROP COLUMN deg")
+    connection.close()
+    with pytest.raises(InputError, match=r"run: its table 'views' differs in deg, so another"):
+        add(store, trial())
+    assert store.count_trials() == 0
 
 
 @pytest.mark.parametrize("read", [RunStore.trials, RunStore.worlds, RunStore.scenario])

@@ -87,7 +87,7 @@ def test_the_summary_has_the_agreed_keys(tmp_path: Path) -> None:
     assert (summary["scenario"], summary["seed"], summary["profile"]) == ("x", 7, "paper")
     assert summary["arm_floor_mm"] == pytest.approx(0.03)
     assert (summary["trials_per_second"], summary["render_seconds_share"]) == (1.5, 0.25)
-    assert list(summary["methods"]) == ["paper", "aoicell"]
+    assert list(summary["methods"]) == ["paper", "aoicell_one_look", "aoicell"]
     for method in summary["methods"].values():
         assert {"trials", "corrected", "refused", "failed", "silent_wrong", "compensation"} < set(
             method

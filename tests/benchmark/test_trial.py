@@ -14,7 +14,8 @@ from aoicell.benchmark.records import TrialRecord
 from aoicell.benchmark.scoring import residual_vectors, visible_points
 from aoicell.benchmark.store import RunStore
 from aoicell.benchmark.trial import Session, TrialResult, draw_displacement, run_trial
-from aoicell.pipeline import METHODS, look, relocate
+from aoicell.online import look, relocate
+from aoicell.pipeline import METHODS
 from aoicell.scenario import Displacement
 from aoicell.sim.world import Truth
 from aoicell.transforms import SE3, angle_of
@@ -47,10 +48,8 @@ def true_residuals(session: Session, trial: int, method: str) -> tuple[list[floa
     motion = drawn(session, trial)
     world.place_board(motion * session.T_base_board_taught)
     world.begin(trial)
-    picture = look(session.cell, template)
-    correction = relocate(
-        picture, template, session.calibrations[method], session.nominal, METHODS[method]
-    )
+    online = session.online(method)
+    correction = relocate(look(session.cell, online), online)
     mm, px = [], []
     camera, marker = world.geometry.cameras["hand"], session.nominal.marker
     for taught, view in zip(template.views, correction.views, strict=True):
@@ -96,6 +95,8 @@ def test_and_so_it_looks_in_the_pictures(
             assert marker.detected_px is not None
             assert marker.detected_px == pytest.approx(marker.true_px, abs=0.05)
         assert np.mean([m.detected_px for m in markers]) <= PX
+        if METHODS[record.method].looks > 1:
+            continue  # its last pictures are of another correction
         mm, px = true_residuals(ideal_session, record.trial, record.method)
         np.testing.assert_allclose([view.residual_mm for view in record.views], mm, atol=1e-9)
         np.testing.assert_allclose([m.true_px for m in markers], px, atol=1e-9)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from aoicell.benchmark.values import QUANTITIES, mean, trial_values, view_values
+from aoicell.benchmark.values import QUANTITIES, marker_values, mean, trial_values, view_values
 
-from .records_by_hand import refused, trial, view
+from .records_by_hand import marker, refused, trial, view
 
 
 def test_a_trials_value_is_the_mean_of_its_views() -> None:
@@ -23,6 +23,11 @@ def test_a_views_pixels_are_the_mean_of_its_markers_that_were_found() -> None:
     assert view_values(view(px=(1.0, None, 3.0)))["detected_px"] == 2
     assert view_values(view(px=(None,)))["detected_px"] is None
     assert view_values(view(px=()))["true_px"] is None
+
+
+def test_a_markers_values_are_what_a_view_takes_the_mean_of() -> None:
+    assert marker_values(marker(2.0)) == {"detected_px": 2.0, "true_px": 1.9, "image_mm": 0.38}
+    assert marker_values(marker(None)) == {"detected_px": None, "true_px": 1.9, "image_mm": None}
 
 
 def test_views_count_alike_however_many_markers_they_show() -> None:

@@ -7,13 +7,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.runs import CHEAP, results
+from helpers.runs import CHEAP, results, workers_in_this_process
 
 from aoicell.benchmark.runner import run_scenario
 from aoicell.benchmark.workers import local_workers
 from aoicell.errors import InputError
 
-SMALL = CHEAP.model_copy(update={"worlds": 3, "trials_per_world": 2})
+SMALL = CHEAP.model_copy(update={"trials_per_world": 3, "methods": ["paper"]})
+
+
+@pytest.fixture
+def in_this_process() -> Iterator[None]:
+    with workers_in_this_process():
+        yield
 
 
 @pytest.fixture
@@ -29,8 +35,9 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.usefixtures("in_this_process")  # the one without a cluster
 def test_a_cluster_finds_the_same_although_a_worker_dies(cluster: Any, tmp_path: Path) -> None:
-    run_scenario(SMALL, tmp_path / "alone", workers=1)
+    run_scenario(SMALL, tmp_path / "alone")
     killed: list[int] = []
 
     def kill_one(progress: Any) -> None:

@@ -34,7 +34,7 @@ def state(problem: Problem, rng: np.random.Generator, truth: object) -> Estimate
         scales=dict.fromkeys(truth.scales, 1.01),  # type: ignore[attr-defined]
         deviations=2e-3 * rng.standard_normal((len(problem.views), 6)),
         joint_offsets=1e-3 * rng.standard_normal(dof),
-        joint_shifts=1e-3 * rng.standard_normal((dof, 3)),
+        joint_origins=1e-3 * rng.standard_normal((dof, 5)),
     )
 
 

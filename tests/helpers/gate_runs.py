@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -14,6 +13,7 @@ from aoicell.benchmark.store import RunStore
 from aoicell.benchmark.trial import Session, prepare, run_trial
 from aoicell.correction import Correction
 from aoicell.nominal import Nominal
+from aoicell.online import Looked, Online
 from aoicell.scenario import Scenario
 from aoicell.transforms import translation
 
@@ -41,11 +41,11 @@ def store_run(sessions: Sequence[Session], folder: Path) -> RunStore:
 
 
 def plant_bias(monkeypatch: pytest.MonkeyPatch, axis: str, mm: float) -> None:
-    """Every corrected pose now puts the camera beside where it should be, along its own axis."""
+    """The first look's corrected poses put the camera beside where it should be, along its axis."""
     relocate: Callable[..., Correction] = trials.relocate
 
-    def biased(*arguments: Any) -> Correction:
-        correction, calibration = relocate(*arguments), arguments[2]
+    def biased(looked: Looked, online: Online) -> Correction:
+        correction, calibration = relocate(looked, online), online.calibration
         T_flange_camera = calibration.hand_eye.T_flange_camera
         step = T_flange_camera * translation(**{axis: mm / 1e3}) * T_flange_camera.inverse()
         views = []

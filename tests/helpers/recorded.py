@@ -37,6 +37,7 @@ class Conditions:
     repeat_deg: float = 0.0
     joint_deg: float = 0.0
     origin_mm: float = 0.0
+    axis_deg: float = 0.0
     focal_error: float = 0.01
     centre_px: float = 8.0
     distortion: tuple[float, ...] = (-0.08, 0.02, 3e-4, -2e-4, 0.0)
@@ -103,9 +104,11 @@ def draw_recording(seed: int, conditions: Conditions = Conditions()) -> Recordin
     nominal, c = cell(), conditions
     qs = [pool(c.tilt_deg, c.roll_deg, c.distances_mm)[i] for i in rng.permutation(_POOL)]
     qs, unused = qs[: c.views], qs[c.views : c.views + 10]
+    tilts = np.random.default_rng([seed, 4712]).standard_normal((6, 2))
     arm = nominal.arm.corrected(
         np.radians(c.joint_deg) * rng.standard_normal(6),
-        c.origin_mm / 1e3 * rng.standard_normal((6, 3)),
+        np.hstack([c.origin_mm / 1e3 * rng.standard_normal((6, 3)),
+                   np.radians(c.axis_deg) * tilts]),
     )
     truth = Truth(arm, {}, {}, {}, {})
     eyes, fixtures = [], []

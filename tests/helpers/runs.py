@@ -3,11 +3,17 @@
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
+from aoicell.benchmark import runner, work
 from aoicell.benchmark.store import RunStore
+from aoicell.benchmark.trial import Session
 from aoicell.scenario import Scenario
 
 CHEAP = Scenario(
@@ -62,3 +68,34 @@ def workers_of(runner: int) -> list[int]:
         if parent == runner and b"spawn_main" in command:
             found.append(int(stat.parent.name))
     return found
+
+
+class _Here:
+    """The crew of one: this process. A call that raises SystemExit counts as a dead worker."""
+
+    def __enter__(self) -> "list[_Here]":
+        return [self]
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def submit(self, function: Any, task: Any) -> "Future[Any]":
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(task))
+        except BaseException as error:
+            future.set_exception(error)
+        return future
+
+    def died(self, error: BaseException) -> bool:
+        return isinstance(error, SystemExit)
+
+
+@contextmanager
+def workers_in_this_process() -> Iterator[None]:
+    """Local workers that are no processes: they start at once, and a test can put defects in."""
+    with patch.object(runner, "local_workers", lambda count: _Here()):
+        yield
+    if isinstance(work._ready.session, Session):
+        work._ready.session.world.close()
+    work._ready.key = work._ready.session = None

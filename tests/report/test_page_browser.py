@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from aoicell.report.page import write_page
-from report.page_runs import last_refused, pictured
+from report.page_runs import last_refused, pictured, whole_page
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser")
 
@@ -46,7 +45,10 @@ def browser() -> Iterator["playwright.Browser"]:
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("run")
     title = "<script>document.title = 'taken'</script>"
-    return write_page(pictured(folder, last_refused('it\'s "M1"</script>'), title=title))[0]
+    page = whole_page(pictured(folder, last_refused('it\'s "M1"</script>'), title=title))
+    path = folder / "report.html"
+    path.write_text(page.raw, encoding="utf-8")
+    return path
 
 
 def opened(browser: "playwright.Browser", report: Path, width: int, height: int) -> Window:

@@ -1,4 +1,4 @@
-"""A run's trials and views as tables for other programs: CSV and Parquet."""
+"""A run's trials, views and markers as tables for other programs: CSV and Parquet."""
 
 import csv
 from pathlib import Path
@@ -13,9 +13,10 @@ Format = Literal["csv", "parquet"]
 
 
 def export(store: RunStore, folder: Path, format: Format) -> list[Path]:
-    """Write `trials` and `views` into a folder; one row a trial and method, one a view.
+    """Write `trials`, `views` and `markers` into a folder.
 
-    Raises InputError when the package for Parquet is missing.
+    One row a trial and method, one a view of them, one a marker in a view. Raises InputError
+    when the package for Parquet is missing, or when an older version made the run.
     """
     write = {"csv": _write_csv, "parquet": _write_parquet}[format]
     tables = {name: store.columns(name) for name in TABLES}

@@ -1,13 +1,14 @@
 """Writes what the cell's cameras see as recordings for any tool, with the truth in a file apart.
 
 DIR/scenario.toml  environment.json  truth.json
-DIR/world0/hand_eye/   chessboard 2 by the hand camera: images/, poses.csv, manifest.toml
-DIR/world0/tripod/     chessboard 1 on the flange by the tripod's camera, likewise
+DIR/world0/hand_eye/   chessboard 2 by the hand camera: images/, poses.csv, joints.csv, arm.urdf,
+                       manifest.toml
+DIR/world0/tripod/     chessboard 1 on the flange and 2 on the table by the tripod's camera
 DIR/world0/board/      the board as taught and after each displacement: images/, poses.csv
 """
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,11 @@ from aoicell.benchmark.trial import draw_displacement
 from aoicell.calibration.poses import TABLE_2
 from aoicell.camera import Camera
 from aoicell.datasets.pose_writer import write_poses
-from aoicell.datasets.target_descriptions import ChessboardDescription
+from aoicell.datasets.target_descriptions import ChessboardDescription, Mount
 from aoicell.datasets.writer import write_recording
 from aoicell.errors import InputError
 from aoicell.nominal import Nominal, load_nominal
-from aoicell.observation import Observation
+from aoicell.observation import CameraName, Observation
 from aoicell.pipeline import TaughtPictures, photograph_board, photograph_targets
 from aoicell.scenario import Case, Scenario, cases_of
 from aoicell.sim.cell import SimCell
@@ -65,7 +66,7 @@ def record_scenario(
 
 def _record_world(case: Case, index: int, folder: Path) -> dict[str, Any]:
     scenario = case.scenario
-    nominal = load_nominal(scenario.cell_folder)
+    nominal = scenario.fitted(load_nominal(scenario.cell_folder))
     world = World(nominal, draw(nominal, scenario.tolerances, scenario.seed, index))
     cell = SimCell(world, colour=scenario.colour)
     try:
@@ -74,9 +75,13 @@ def _record_world(case: Case, index: int, folder: Path) -> dict[str, Any]:
         hand = _named("view", targets.intrinsic) | _named("table_2", targets.table_2, TABLE_2)
         tripod = _named("view", targets.tripod)
         board = _taught(taught) | _displaced(world, cell, scenario, taught)
-        cameras = nominal.cameras
-        _write(folder / "hand_eye", "eye_in_hand", nominal.tabletarget, hand, cameras["hand"])
-        _write(folder / "tripod", "eye_to_hand", nominal.armtarget, tripod, cameras["tripod"])
+        table = _described(nominal.tabletarget, "tabletarget")
+        standing = table.model_copy(
+            update={"mount": "eye_in_hand"}
+        )  # on the table, as for the hand
+        both = [_described(nominal.armtarget, "armtarget"), standing]
+        _write(folder / "hand_eye", "eye_in_hand", [table], hand, nominal, "hand")
+        _write(folder / "tripod", "eye_to_hand", both, tripod, nominal, "tripod")
         _write_board(folder / "board", board, nominal)
         return _truth(world, {"hand_eye": hand, "tripod": tripod, "board": board})
     finally:
@@ -108,12 +113,22 @@ def _displaced(world: World, cell: SimCell, scenario: Scenario, taught: TaughtPi
     return pictures
 
 
-def _write(folder: Path, mount: Any, board: Chessboard, pictures: Pictures, start: Camera) -> None:
-    target = ChessboardDescription(
-        kind="chessboard", columns=board.columns, rows=board.rows, square_mm=board.square * 1e3
-    )
+def _described(board: Chessboard, name: str) -> ChessboardDescription:
+    return ChessboardDescription(
+        kind="chessboard", name=name, columns=board.columns, rows=board.rows,
+        square_mm=board.square * 1e3,
+    )  # fmt: skip
+
+
+def _write(
+    folder: Path, mount: Mount, targets: Sequence[ChessboardDescription], pictures: Pictures,
+    nominal: Nominal, camera: CameraName,
+) -> None:  # fmt: skip
     views = ((id, o.image, o.state.T_base_flange) for id, o in pictures.items())
-    write_recording(folder, mount, [target], views, start)
+    write_recording(
+        folder, mount, targets, views, nominal.cameras[camera],
+        urdf=nominal.arm.urdf, joints={id: o.state.q for id, o in pictures.items()},
+    )  # fmt: skip
 
 
 def _write_board(folder: Path, pictures: Pictures, nominal: Nominal) -> None:

@@ -28,7 +28,8 @@ class ViewRecord:
     """One inspection view after a correction, scored from truth at `points` component points.
 
     `vector_mm` is the signed mean of the residual vectors in the camera's axes; `predicted_mm`
-    what the software itself expects of the residual, null when it does not say.
+    what the software itself says that the residual stays below (95 %), `bound_mm` the same with
+    99.9 %; null when it does not say.
     """
 
     id: str
@@ -42,13 +43,15 @@ class ViewRecord:
     markers: list[MarkerRecord]
     T_base_camera_taught: Matrix
     T_base_camera_new: Matrix
+    bound_mm: float | None = None
 
 
 @dataclass(frozen=True)
 class TrialRecord:
     """One method on one displacement, in one world of one case of the scenario.
 
-    `number` counts the trials of the whole run: it repeats this one alone.
+    `number` counts the trials of the whole run: it repeats this one alone. `cause` is that of a
+    refusal (see `aoicell.errors.Why`), `injected` what was made to go wrong.
     """
 
     case: int
@@ -65,6 +68,8 @@ class TrialRecord:
     T_base_board_taught: Matrix
     T_base_board_now: Matrix
     views: list[ViewRecord]
+    cause: str = ""
+    injected: str = ""
 
 
 @dataclass(frozen=True)

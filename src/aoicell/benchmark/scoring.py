@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from aoicell.benchmark.records import MarkerRecord, ViewRecord
+from aoicell.leftover import Bound
 from aoicell.observation import Observation
+from aoicell.registration import component_points
 from aoicell.sim.world import Truth, World
 from aoicell.targets.cross_marker import turned
 from aoicell.targets.detector import Detector
@@ -22,12 +24,7 @@ def residual_vectors(taught: SE3, corrected: SE3, points: Array) -> Array:
 
 def visible_points(world: World, taught: Truth) -> Array:
     """Tops of the components (N, 3) that lie in the taught view, in the board's frame."""
-    components = world.nominal.board.components
-    tops = np.array([[c.x, c.y, c.top] for c in components])
-    camera = world.camera("hand")
-    uv = camera.project(tops, taught.T_camera_board)
-    inside = ((uv >= 0) & (uv <= [camera.width - 1, camera.height - 1])).all(axis=1)
-    return tops[inside]
+    return component_points(world.nominal.board, world.camera("hand"), taught.T_camera_board)
 
 
 def score_view(
@@ -36,10 +33,23 @@ def score_view(
     standard: Observation,
     new: Observation,
     detector: Detector,
-    predicted_mm: float | None = None,
+    bound: Bound | None = None,
 ) -> ViewRecord:
     """One view, at component points and at the markers that it shows."""
     before, after = world.truth_of(standard), world.truth_of(new)
+    markers = _score_markers(world, standard, new, detector)
+    return residual_record(world, id, before, after, bound, markers)
+
+
+def residual_record(
+    world: World,
+    id: str,
+    before: Truth,
+    after: Truth,
+    bound: Bound | None = None,
+    markers: Sequence[MarkerRecord] = (),
+) -> ViewRecord:
+    """One view at component points, from what was true when it was taught and now."""
     points = visible_points(world, before)
     vectors = residual_vectors(before.T_camera_board, after.T_camera_board, points) * 1e3
     return ViewRecord(
@@ -47,11 +57,12 @@ def score_view(
         points=len(points),
         residual_mm=float(np.linalg.norm(vectors, axis=1).mean()),
         vector_mm=vectors.mean(axis=0).tolist(),
-        predicted_mm=predicted_mm,
+        predicted_mm=None if bound is None else bound.mm_95,
+        bound_mm=None if bound is None else bound.mm_999,
         lateral_mm=float(np.linalg.norm(vectors[:, :2], axis=1).mean()),
         depth_mm=float(np.abs(vectors[:, 2]).mean()),
         deg=distance_deg(before.T_camera_board, after.T_camera_board),
-        markers=_score_markers(world, standard, new, detector),
+        markers=list(markers),
         T_base_camera_taught=before.T_base_camera.homogeneous.tolist(),
         T_base_camera_new=after.T_base_camera.homogeneous.tolist(),
     )

@@ -19,26 +19,29 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from aoicell.benchmark.records import TrialRecord, WorldRecord
-from aoicell.benchmark.values import trial_values, view_values
+from aoicell.benchmark.values import QUANTITIES, marker_values, trial_values, view_values
 from aoicell.errors import InputError
 from aoicell.scenario import Scenario, load_scenario
 
 _KEY = "case_index INTEGER, world INTEGER, trial INTEGER, method TEXT"
+_VALUES = ", ".join(f"{name} REAL" for name in QUANTITIES)
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS worlds (
   case_index INTEGER, world INTEGER, record TEXT NOT NULL, PRIMARY KEY (case_index, world));
 CREATE TABLE IF NOT EXISTS trials (
-  {_KEY}, number INTEGER, seed INTEGER, outcome TEXT, reason TEXT, displacement_mm REAL,
-  turn_deg REAL, measured_shift_mm REAL, correction_seconds REAL, residual_mm REAL,
-  lateral_mm REAL, depth_mm REAL, deg REAL, predicted_mm REAL, x_mm REAL, y_mm REAL, z_mm REAL,
-  detected_px REAL, true_px REAL, image_mm REAL, record TEXT NOT NULL,
+  {_KEY}, number INTEGER, seed INTEGER, outcome TEXT, reason TEXT,
+  cause TEXT, injected TEXT, displacement_mm REAL,
+  turn_deg REAL, measured_shift_mm REAL, correction_seconds REAL, {_VALUES},
+  record TEXT NOT NULL,
   PRIMARY KEY (case_index, world, trial, method));
 CREATE TABLE IF NOT EXISTS views (
-  {_KEY}, view TEXT, residual_mm REAL, lateral_mm REAL, depth_mm REAL, deg REAL,
-  predicted_mm REAL, x_mm REAL, y_mm REAL, z_mm REAL, detected_px REAL, true_px REAL,
-  image_mm REAL, PRIMARY KEY (case_index, world, trial, method, view));
+  {_KEY}, view TEXT, {_VALUES},
+  PRIMARY KEY (case_index, world, trial, method, view));
+CREATE TABLE IF NOT EXISTS markers (
+  {_KEY}, view TEXT, marker TEXT, detected_px REAL, true_px REAL, image_mm REAL,
+  PRIMARY KEY (case_index, world, trial, method, view, marker));
 """
-TABLES = ("trials", "views")
+TABLES = ("trials", "views", "markers")
 Columns = dict[str, NDArray[Any]]
 
 
@@ -78,7 +81,17 @@ class RunStore:
 
     @contextmanager
     def writing(self) -> Iterator["TrialWriter"]:
-        """One connection for all that a run adds."""
+        """One connection for all that a run adds.
+
+        Raises InputError where another version's tables are in the way.
+        """
+        for table, names in _names_by_table().items():
+            other = sorted({*self._kinds(table)} ^ {*names})
+            if other:
+                raise InputError(
+                    f"{self.folder}: its table '{table}' differs in {', '.join(other)}, so "
+                    "another version made it; run the scenario again"
+                )
         with closing(self._connect()) as connection:
             yield TrialWriter(connection)
 
@@ -131,8 +144,11 @@ class RunStore:
             yield adapter.validate_json(text)
 
     def columns(self, table: str, names: Sequence[str] = ()) -> Columns:
-        """Columns (N,) of `trials` or `views` by name, all but the record; null becomes NaN."""
-        kinds = {row[1]: row[2] for row in self._query(f"PRAGMA table_info({table})")}
+        """Columns (N,) of one of `TABLES` by name, all but the record; null becomes NaN.
+
+        Raises InputError where the run's store has no such table.
+        """
+        kinds = self._kinds(table)
         chosen = list(names) or [name for name in kinds if name != "record"]
         order = "ORDER BY case_index, world, trial, method"
         rows = self._query(f"SELECT {', '.join(chosen)} FROM {table} {order}")
@@ -142,6 +158,16 @@ class RunStore:
             (tuple(np.nan if cell is None else cell for cell in row) for row in rows), dtypes
         )
         return {name: data[name] for name in chosen}
+
+    def _kinds(self, table: str) -> dict[str, str]:
+        """The SQL types of a table's columns, by name."""
+        kinds = {row[1]: row[2] for row in self._query(f"PRAGMA table_info({table})")}
+        if not kinds:
+            raise InputError(
+                f"{self.folder}: its store has no table '{table}', so another version made it; "
+                "run the scenario again"
+            )
+        return kinds
 
     def trials_done(self, case: int, world: int) -> set[int]:
         """Numbers within their world of the trials that are stored."""
@@ -184,25 +210,39 @@ class TrialWriter:
             )
 
     def add_trial(self, seed: int, records: Iterable[TrialRecord]) -> None:
-        """Keep one trial with all its methods and views, in one transaction."""
+        """Keep one trial with all its methods, views and markers, in one transaction."""
         with self._connection:
             for r in records:
                 key = {"case_index": r.case, "world": r.world, "trial": r.trial, "method": r.method}
                 row = {
                     **key, "number": r.number, "seed": seed, "outcome": r.outcome,
-                    "reason": r.reason, "displacement_mm": r.displacement_mm,
+                    "reason": r.reason, "cause": r.cause, "injected": r.injected,
+                    "displacement_mm": r.displacement_mm,
                     "turn_deg": r.turn_deg, "measured_shift_mm": r.measured_shift_mm,
                     "correction_seconds": r.correction_seconds, **trial_values(r),
                     "record": json.dumps(asdict(r)),
                 }  # fmt: skip
                 self._insert("trials", row)
                 for v in r.views:
-                    self._insert("views", {**key, "view": v.id, **view_values(v)})
+                    here = {**key, "view": v.id}
+                    self._insert("views", {**here, **view_values(v)})
+                    for m in v.markers:
+                        self._insert("markers", {**here, "marker": m.id, **marker_values(m)})
 
     def _insert(self, table: str, row: Mapping[str, Any]) -> None:
         names, marks = ", ".join(row), ", ".join("?" * len(row))
         query = f"INSERT INTO {table} ({names}) VALUES ({marks})"
         self._connection.execute(query, list(row.values()))
+
+
+def _names_by_table() -> dict[str, list[str]]:
+    """The columns of each table, as this version makes them."""
+    with closing(sqlite3.connect(":memory:")) as empty:
+        empty.executescript(_SCHEMA)
+        return {
+            table: [row[1] for row in empty.execute(f"PRAGMA table_info({table})")]
+            for table in TABLES
+        }
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -6,23 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aoicell.benchmark.records import HandEyeRecord, TrialRecord, WorldRecord
+from aoicell.benchmark.records import HandEyeRecord, Outcome, TrialRecord, WorldRecord
 from aoicell.benchmark.scoring import arm_floor_mm, score_view
 from aoicell.errors import Refused
 from aoicell.methods import find_method
 from aoicell.nominal import Nominal
 from aoicell.observation import Cell, Observation
+from aoicell.online import Online, OnlineConfig, Visited, look, relocate, visits
 from aoicell.pipeline import (
     Calibration,
     Method,
     TaughtPictures,
     calibrate,
-    look,
     photograph_board,
     photograph_targets,
-    relocate,
+    same_setup,
     teach,
-    visit,
 )
 from aoicell.registration import Template
 from aoicell.scenario import Displacement, Range, Scenario
@@ -58,6 +57,14 @@ class Session:
     templates: dict[str, Template]
     T_base_board_taught: SE3
 
+    def online(self, method: str) -> Online:
+        """What a method brings to the online phase."""
+        tolerance = self.scenario.tolerance_mm
+        return Online(
+            self.nominal, self.calibrations[method], self.templates[method],
+            self.methods[method], self.detector, OnlineConfig(tolerance_mm=tolerance),
+        )  # fmt: skip
+
 
 @dataclass(frozen=True)
 class TrialResult:
@@ -78,7 +85,7 @@ def prepare(
     `methods` stand in for those that the scenario names.
     """
     as_built = draw(nominal, scenario.tolerances, scenario.seed, world_index)
-    world = World(nominal, as_built, scenario.pictures)
+    world = World(nominal, as_built, scenario.pictures, props=bool(scenario.inject))
     cell, detector = senses(scenario, world)
     return prepare_in(world, cell, detector, scenario, methods)
 
@@ -98,14 +105,17 @@ def prepare_in(
     tell("calibrating: taking pictures", {})
     pictures = photograph_targets(cell, nominal)
     tell("calibrating: solving", {})
-    calibrations = calibrate(pictures, nominal, methods, detector)
+    first = {m.name: same_setup(m, methods) for m in methods}  # what is set up alike is so once
+    set_up = [m for m in methods if first[m.name] is m]
+    calibrations = calibrate(pictures, nominal, set_up, detector)
     tell("teaching: taking pictures", calibrations)
     taught = photograph_board(cell, nominal)
     tell("teaching: measuring the board", calibrations)
-    templates = {m.name: teach(taught, calibrations[m.name], nominal, m, detector) for m in methods}
+    templates = {m.name: teach(taught, calibrations[m.name], nominal, m, detector) for m in set_up}
     return Session(
-        scenario, nominal, world, cell, detector, {m.name: m for m in methods}, calibrations,
-        taught, templates, world.T_base_board,
+        scenario, nominal, world, cell, detector, {m.name: m for m in methods},
+        {m.name: calibrations[first[m.name].name] for m in methods}, taught,
+        {m.name: templates[first[m.name].name] for m in methods}, world.T_base_board,
     )  # fmt: skip
 
 
@@ -127,6 +137,7 @@ def unprepared(scenario: Scenario, world: int, trial: int, error: Exception) -> 
             reason=str(error) if refused else f"{type(error).__name__}: {error}",
             displacement_mm=0.0, turn_deg=0.0, measured_shift_mm=None, correction_seconds=None,
             T_base_board_taught=nowhere, T_base_board_now=nowhere, views=[],
+            cause=error.cause if isinstance(error, Refused) else "",
         )
         for method in scenario.methods
     ]  # fmt: skip
@@ -169,8 +180,16 @@ def run_trial(session: Session, trial: int) -> list[TrialResult]:
     world, scenario = session.world, session.scenario
     motion = draw_displacement(scenario, world, session.T_base_board_taught, trial)
     world.place_board(motion * session.T_base_board_taught)
+    attempts: dict[str, _Attempt] = {}
+    results = []
     try:
-        return [_run_method(session, trial, name, motion) for name in session.methods]
+        for name, method in session.methods.items():
+            alike = [m for m in session.methods.values() if same_setup(m, [method]) is method]
+            farthest = max(alike, key=lambda m: m.looks).name
+            if farthest not in attempts:  # the first look of one is that of all that are alike
+                attempts[farthest] = _attempt(session, trial, farthest)
+            results.append(_result(session, trial, name, motion, attempts[farthest]))
+        return results
     finally:
         world.place_board(session.T_base_board_taught)
 
@@ -204,25 +223,46 @@ def _motion_about(
     return SE3(np.eye(3), step / 1e3) * to_centre * rotate * to_centre.inverse()
 
 
-def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialResult:
-    world, template = session.world, session.templates[name]
-    world.begin(trial)
-    images: dict[str, Observation] = {}
-    outcome, reason, shift, seconds = "corrected", "", None, None
+@dataclass(frozen=True)
+class _Attempt:
+    """One method's way through a trial: what it reached by each look, and how it ended."""
+
+    stages: tuple[Visited, ...]
+    outcome: Outcome
+    reason: str
+    shift_mm: float | None
+    seconds: float | None
+
+
+def _attempt(session: Session, trial: int, name: str) -> _Attempt:
+    session.world.begin(trial)
+    online = session.online(name)
+    stages: list[Visited] = []
+    outcome: Outcome = "corrected"
+    reason, shift, seconds = "", None, None
     try:
-        picture = look(session.cell, template)
+        looked = look(session.cell, online)
         start = time.perf_counter()
-        calibration = session.calibrations[name]
-        correction = relocate(
-            picture, template, calibration, session.nominal, session.methods[name], session.detector
-        )
+        correction = relocate(looked, online)
         seconds = time.perf_counter() - start
         shift = correction.shift_mm
-        images = visit(session.cell, correction)
+        for stage in visits(session.cell, correction, online):
+            stages.append(stage)
     except Refused as refusal:
-        outcome, reason, images = "refused", str(refusal), {}
+        outcome, reason = "refused", str(refusal)
     except Exception as defect:  # a defect costs its own trial, not the run
-        outcome, reason, images = "failed", f"{type(defect).__name__}: {defect}", {}
+        outcome, reason = "failed", f"{type(defect).__name__}: {defect}"
+    return _Attempt(tuple(stages), outcome, reason, shift, seconds)
+
+
+def _result(session: Session, trial: int, name: str, motion: SE3, attempt: _Attempt) -> TrialResult:
+    world, template, looks = session.world, session.templates[name], session.methods[name].looks
+    outcome, reason, images, bounds = attempt.outcome, attempt.reason, {}, {}
+    if len(attempt.stages) >= looks or (attempt.stages and outcome == "corrected"):
+        stage = attempt.stages[min(looks, len(attempt.stages)) - 1]
+        outcome, images = "corrected", dict(stage.images)
+        reason = "; ".join(view.reason for view in stage.correction.unreached)
+        bounds = {view.id: view.bound for view in stage.correction.views}
     T_taught = session.T_base_board_taught
     centre = (T_taught * world.geometry.Ts_board_marker[session.nominal.positioning.id]).translation
     record = TrialRecord(
@@ -231,16 +271,18 @@ def _run_method(session: Session, trial: int, name: str, motion: SE3) -> TrialRe
         world=world.as_built.world,
         trial=trial,
         method=name,
-        outcome=outcome,  # type: ignore[arg-type]
+        outcome=outcome,
         reason=reason,
         displacement_mm=float(np.linalg.norm(motion.act(centre) - centre)) * 1e3,
         turn_deg=float(np.degrees(angle_of(motion))),
-        measured_shift_mm=shift,
-        correction_seconds=seconds,
+        measured_shift_mm=attempt.shift_mm,
+        correction_seconds=attempt.seconds,
         T_base_board_taught=T_taught.homogeneous.tolist(),
         T_base_board_now=world.T_base_board.homogeneous.tolist(),
         views=[
-            score_view(world, view.id, view.standard, images[view.id], session.detector)
+            score_view(
+                world, view.id, view.standard, images[view.id], session.detector, bounds[view.id]
+            )
             for view in template.views
             if view.id in images
         ],

@@ -12,6 +12,7 @@ from functools import cache
 import cv2
 import numpy as np
 
+from aoicell.benchmark.localisation_trial import run_localisation_trial
 from aoicell.benchmark.records import TrialRecord, WorldRecord
 from aoicell.benchmark.trial import Session, describe, prepare, run_trial, unprepared
 from aoicell.benchmark.workers import compute_on_one_thread
@@ -78,7 +79,8 @@ def _work(task: Task) -> TaskResult:
         took = time.perf_counter() - start
         return TaskResult(numbered(records, task), None, {}, took, 0.0)
     rendered = 0.0 if fresh else session.world.render_seconds
-    results = run_trial(session, task.trial)
+    run = run_trial if scenario.visit else run_localisation_trial
+    results = run(session, task.trial)
     images: dict[ImageKey, bytes] = {}
     if scenario.store.images:
         for result in results:
@@ -103,7 +105,9 @@ def _prepare(task: Task) -> None:
     _trim_memory()
     scenario = task.case.scenario
     try:
-        _ready.session = prepare(scenario, _nominal(scenario.cell_folder), task.world)
+        _ready.session = prepare(
+            scenario, scenario.fitted(_nominal(scenario.cell_folder)), task.world
+        )
     except Refused as refusal:
         _ready.session = refusal
     except AoicellError:  # bad input: for the whole run

@@ -9,6 +9,7 @@ from aoicell.board.design import (
 )
 from aoicell.board.files import COLUMNS, load_board
 from aoicell.board.layout import rectangles_overlap
+from aoicell.board.markers import with_markers
 
 __all__ = [
     "COLUMNS",
@@ -19,4 +20,5 @@ __all__ = [
     "MarkerDesign",
     "load_board",
     "rectangles_overlap",
+    "with_markers",
 ]

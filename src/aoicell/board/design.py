@@ -59,7 +59,10 @@ class Component:
 
 @dataclass(frozen=True)
 class MarkerDesign:
-    """A printed plate; `x, y, z` is the centre of its face, `pitch` the distance of its crosses."""
+    """A printed plate; `x, y, z` is the centre of its face, `pitch` the distance of its crosses.
+
+    `code` tells it from others of a kind that bears codes; "" for the first code, or none.
+    """
 
     id: str
     kind: str
@@ -70,6 +73,7 @@ class MarkerDesign:
     size: float
     pitch: float
     role: str
+    code: str = ""
 
     def plate(self, margin: float = 0.0) -> Array:
         """Corners (4, 2) of the plate in the board's plane, grown by `margin` on each side."""

@@ -19,7 +19,7 @@ from aoicell.board.design import (
 )
 from aoicell.board.layout import check_components, check_markers
 from aoicell.errors import ModelError, did_you_mean
-from aoicell.targets.marker import marker_kinds
+from aoicell.targets.marker import find_kind, marker_kinds
 from aoicell.toml_table import TomlTable
 from aoicell.transforms import Array
 
@@ -57,9 +57,11 @@ def _marker(table: TomlTable) -> MarkerDesign:
         return float(_within(table, key, low, high, count=1)[0])
 
     size_mm = number("size_mm", 1, MAX_SIDE_MM)
+    kind = _one_of(table, "kind", marker_kinds())
+    codes = find_kind(kind).codes
     return MarkerDesign(
         id=table.text("id"),
-        kind=_one_of(table, "kind", marker_kinds()),
+        kind=kind,
         x=number("x_mm", -MAX_SIDE_MM, MAX_SIDE_MM) / 1e3,
         y=number("y_mm", -MAX_SIDE_MM, MAX_SIDE_MM) / 1e3,
         z=number("z_mm", 0, MAX_HEIGHT_MM) / 1e3,
@@ -67,6 +69,7 @@ def _marker(table: TomlTable) -> MarkerDesign:
         size=size_mm / 1e3,
         pitch=number("pitch_mm", 0.1, size_mm) / 1e3,
         role=_one_of(table, "role", MARKER_ROLES),
+        code=_one_of(table, "code", codes) if "code" in table.values else codes[0],
     )
 
 

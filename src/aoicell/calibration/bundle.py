@@ -47,7 +47,9 @@ class Noise:
 
     def prior(self, layout: Layout) -> Array:
         """Standard deviations (P,) of the parameters' priors."""
-        return layout.prior * self.arm_factor
+        prior = np.array(layout.prior)
+        prior[layout.joints] *= self.arm_factor
+        return prior
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ class CalibrationConfig:
     """Models to choose from, what is assumed of the arm, and when to doubt and to refuse."""
 
     lenses: tuple[Lens, ...] = tuple(LENSES)
-    robots: tuple[RobotModel, ...] = ("per_view", "joint_terms", "exact")
+    robots: tuple[RobotModel, ...] = ("joint_terms", "per_view", "exact")
     prior: ArmPrior = DEFAULT_PRIOR
     motion: MotionLimits = DEFAULT_MOTION
     limits: Limits = DEFAULT_LIMITS
@@ -284,5 +284,8 @@ def _judge(best: Candidate, findings: _Findings, config: CalibrationConfig) -> C
         suspect += doubts
     findings.refuse += refuse
     findings.suspect += suspect
-    findings.warnings += [f.sentence for f in uncertainty.unobservable]
+    untold = [f.sentence for f in uncertainty.unobservable]
+    if findings.refuse and len(untold) > 1:  # nobody will use those numbers
+        untold = [f"{untold[0]}, and {len(untold) - 1} more that nothing tells"]
+    findings.warnings += untold
     return findings.report(best)

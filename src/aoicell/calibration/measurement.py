@@ -1,7 +1,7 @@
 """Residuals of all sights and their derivatives by every parameter.
 
-With E = T_base_camera and F = T_base_fixture a point p of the fixture, scaled by s, lies at
-x = E^-1 F (s p) in the camera. A twist of the camera in its own axes moves x by -(v + w x x);
+With E = T_base_camera and F = T_base_fixture a point p of the fixture, bent and scaled by s, lies
+at x = E^-1 F (s p) in the camera. A twist of the camera in its own axes moves x by -(v + w x x);
 a twist of the fixture is one of the camera the other way, carried over by the adjoint of
 E^-1 F; a twist of the flange is one of whatever it carries, carried over by the adjoint of the
 mount. So each sight needs its derivative by the camera's twist only, and 6 x 6 products.
@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from aoicell.calibration.parameters import LENSES, Estimate, Layout
+from aoicell.calibration.print_form import form_basis
 from aoicell.calibration.problem import CalibrationView, Indices, PoseSight, Problem, Sight
 from aoicell.camera import Camera
 from aoicell.robot import Arm
@@ -55,7 +56,7 @@ def corrected_arm(problem: Problem, estimate: Estimate) -> Arm | None:
     """The arm with the estimated joint terms; None where the controller's poses are taken."""
     if problem.arm is None or not len(estimate.joint_offsets):
         return None
-    return problem.arm.corrected(estimate.joint_offsets, estimate.joint_shifts)
+    return problem.arm.corrected(estimate.joint_offsets, estimate.joint_origins)
 
 
 def flange_pose(view: CalibrationView, arm: Arm | None) -> SE3:
@@ -191,11 +192,13 @@ def _pixel_rows(
     eye = parts[0].sight.eye
     camera = estimate.cameras[eye]
     points, uvs, where, lever = [], [], [], []
+    names = {part.sight.fixture for part in parts}
+    shown = {name: shaped_points(problem, estimate, name) for name in names}
     for part in parts:
         assert isinstance(part.sight, Sight)
         fixture = part.sight.fixture
         scale, T = estimate.scales[fixture], part.link.T_camera_fixture
-        ps = apply(T, scale * problem.fixture(fixture).points[part.sight.ids])
+        ps = apply(T, scale * shown[fixture][part.sight.ids])
         points.append(ps)
         lever.append((ps - T.translation) / scale)
         uvs.append(part.sight.uv_px)
@@ -214,7 +217,35 @@ def _pixel_rows(
         if ("intrinsics", eye) in layout.blocks:
             free = [*range(4), *(4 + k for k in LENSES[layout.model.lens])]
             J[at, layout.blocks["intrinsics", eye]] = by_intrinsics[:, free]
+        _form_rows(problem, layout, estimate, parts, J, by_point)
     return True
+
+
+def shaped_points(problem: Problem, estimate: Estimate, fixture: str) -> Array:
+    """Points (M, 3) of a fixture as its print turned out, its size left aside."""
+    points, form = problem.fixture(fixture).points, estimate.form(fixture)
+    return points + form_basis(points) @ form if form.any() else points
+
+
+def _form_rows(
+    problem: Problem, layout: Layout, estimate: Estimate, parts: list[_Part], J: Array,
+    by_point: Array,
+) -> None:  # fmt: skip
+    """Derivatives by the forms of the prints, from those by the point (N, 2, 3) in the camera."""
+    bases = {
+        name: estimate.scales[name] * form_basis(problem.fixture(name).points)
+        for name in {part.sight.fixture for part in parts}
+        if ("form", name) in layout.blocks
+    }
+    first = 0
+    for part in parts:
+        assert isinstance(part.sight, Sight)
+        count, name = len(part.sight.ids), part.sight.fixture
+        if name in bases:
+            turned = by_point[first : first + count] @ part.link.T_camera_fixture.rotation
+            moved = turned @ bases[name][part.sight.ids]
+            J[part.rows, layout.blocks["form", name]] = moved.reshape(2 * count, -1)
+        first += count
 
 
 def cross(a: Array, b: Array) -> Array:

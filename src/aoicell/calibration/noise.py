@@ -39,6 +39,7 @@ class _Compressed:
     view_weights: Array
     prior: Array
     prior_offset: Array
+    joints: slice
 
 
 def estimate_noise(solution: Solution, prior: ArmPrior = DEFAULT_PRIOR) -> Noise:
@@ -110,6 +111,7 @@ def _compress(solution: Solution) -> _Compressed:
     return _Compressed(
         tops, factors, rows_of.T @ rows_of, max(count, 1.0), normal.view_weights,
         solution.layout.prior, offset_from_prior(solution.layout, solution.estimate),
+        solution.layout.joints,
     )  # fmt: skip
 
 
@@ -134,8 +136,9 @@ def _weighted(packed: _Compressed, sigmas: Array, view_weights: Array) -> _Weigh
     rest = packed.rest * float(np.log(variance))
     prior, V = packed.prior, np.tile(variance * np.eye(6), (len(packed.tops), 1, 1))
     if len(sigmas) == 4:
-        prior = prior * sigmas[3]
-        rest += 2 * float(np.log(sigmas[3])) * int(np.isfinite(prior).sum())
+        prior = np.array(prior)
+        prior[packed.joints] *= sigmas[3]
+        rest += 2 * float(np.log(sigmas[3])) * len(prior[packed.joints])
     if len(sigmas) >= 3:
         deviation = np.repeat(sigmas[1:3] ** 2, 3) / view_weights[:, None]
         F = packed.factors

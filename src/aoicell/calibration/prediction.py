@@ -7,6 +7,7 @@ import numpy as np
 from aoicell.calibration.bundle import Solution
 from aoicell.calibration.measurement import corrected_arm, flange_pose, project_with_derivatives
 from aoicell.calibration.parameters import LENSES
+from aoicell.calibration.print_form import form_basis
 from aoicell.calibration.problem import CalibrationView
 from aoicell.calibration.uncertainty import Uncertainty
 from aoicell.errors import InputError
@@ -100,7 +101,11 @@ def _look(
     target_moves = on is not None and problem.fixture(on).mount == "flange"
     T = (A * X if eye_moves else X).actInv(A * Y if target_moves else Y)
     scale = 1.0 if on is None else estimate.scales[on]
-    x = apply(T, scale * points)
+    shaped, formed = on is not None and ("form", on) in blocks, points
+    if on is not None and shaped:
+        basis = form_basis(problem.fixture(on).points, points)
+        formed = points + basis @ estimate.form(on)
+    x = apply(T, scale * formed)
     by_camera = np.concatenate([np.tile(-np.eye(3), (len(x), 1, 1)), _skews(x)], axis=2)
     by_target = -by_camera @ T.toActionMatrix()
     by_flange = np.zeros((len(x), 3, 6))
@@ -114,6 +119,8 @@ def _look(
         J[:, :, blocks["fixture", on]] = by_target
         if ("scale", on) in blocks:
             J[:, :, blocks["scale", on]] = ((x - T.translation) / scale)[:, :, None]
+        if shaped:
+            J[:, :, blocks["form", on]] = scale * (T.rotation @ basis)
     if arm is not None and view.q is not None:
         twists = np.hstack([arm.jacobian(view.q), arm.origin_jacobian(view.q)])
         J[:, :, blocks["joints", "arm"]] = by_flange @ twists

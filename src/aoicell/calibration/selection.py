@@ -119,7 +119,7 @@ def hold_out(solution: Solution, refit: bool = False, folds: int = _FOLDS) -> He
             view, weights = problem.views[v], normal.row_weights[solution.lin.rows[v]]
             r = predicted_residuals(solution, fitted, view, view)
             px[v], mm[v] = errors_of(solution, fitted, view, r, weights > 0.5)
-            score[v] = _log_density(solution, int(v), r * np.sqrt(weights), root)
+            score[v] = _log_density(solution, int(v), r, root)
     return HeldOut(px, mm, score)
 
 
@@ -157,13 +157,18 @@ def errors_of(
 
 
 def _log_density(solution: Solution, view: int, r: Array, root: Array) -> float:
-    """Of residuals with covariance sigma^2 + L L': L from the parameters and the deviation."""
+    """Of residuals with covariance sigma^2 + L L': L from the parameters and the deviation.
+
+    Robust weights widen a row, on both sides: what moves all points alike moves outliers too.
+    """
     if not np.isfinite(r).all():
         return -np.inf
     rows, variance = solution.lin.rows[view], solution.noise.sigma**2
     L = solution.lin.J[rows] @ root
     if solution.layout.model.robot != "exact":
         L = np.hstack([L, solution.lin.J_view[rows] * solution.noise.deviation])
+    weights = np.sqrt(solution.normal.row_weights[rows])
+    L, r = L * weights[:, None], r * weights
     S = np.eye(L.shape[1]) + L.T @ L / variance
     along = np.linalg.solve(np.linalg.cholesky(S), L.T @ r) / variance
     log_det = len(r) * np.log(variance) + np.linalg.slogdet(S)[1]
@@ -190,10 +195,10 @@ def better(rich: HeldOut, simple: HeldOut, views: Mask, sure: float = 1.0) -> bo
     return _gains(rich.score[known] - simple.score[known], sure, 0.05)
 
 
-def closer(one: HeldOut, other: HeldOut, views: Mask) -> bool:
+def closer(one: HeldOut, other: HeldOut, views: Mask, sure: float = 1.0) -> bool:
     """Whether one model predicts nearer than another: by the logarithms of the errors."""
     known = views & np.isfinite(one.error) & np.isfinite(other.error)
-    return _gains(np.log(other.error[known] / one.error[known]), 1.0, 0.01)
+    return _gains(np.log(other.error[known] / one.error[known]), sure, 0.01)
 
 
 def _gains(gain: Array, sure: float, least: float) -> bool:
@@ -207,14 +212,16 @@ def select(
     start: Estimate,
     noise: Noise,
     lenses: Sequence[Lens] = tuple(LENSES),
-    robots: Sequence[RobotModel] = ("per_view", "joint_terms", "exact"),
+    robots: Sequence[RobotModel] = ("joint_terms", "per_view", "exact"),
     prior: ArmPrior = DEFAULT_PRIOR,
 ) -> tuple[Candidate, list[Candidate]]:
     """The model that predicts best, and all that were tried.
 
-    The robot first, by the distance of prediction: every arm deviates a little from view to
-    view, so the first of `robots` stands unless another comes closer. Then the lens, by score,
-    from simple to rich. Both may be cut down to one. Raises Implausible when no fit stands.
+    The robot first, by the distance of prediction: every arm has its errors and deviates a little
+    from view to view, so the first of `robots` stands unless another comes closer, and an exact
+    arm, beside which all error is the picture's, has to come much closer. Then the lens, by score,
+    from simple to rich: the simpler one stands unless the richer is surely better. Both may be
+    cut down to one. Raises Implausible when no fit stands.
     """
     free = tuple(f.name for f in problem.fixtures if f.scale == "free")
     refined = any(e.refine and e.camera for e in problem.eyes)
@@ -230,7 +237,8 @@ def select(
     begin, trusted = best.solution, best.solution.normal.view_weights > 0.5
     for robot in robots[1:]:
         candidate = _tried(begin, Model(first, robot, free), prior, tried)
-        if candidate and closer(candidate.held_out, best.held_out, trusted):
+        sure = 3.0 if robot == "exact" else 1.0
+        if candidate and closer(candidate.held_out, best.held_out, trusted, sure):
             best = candidate
     begin, by_lens = best.solution, {first: best}
     for lens in lenses:
@@ -241,7 +249,7 @@ def select(
     best = by_lens[next(lens for lens in lenses if lens in by_lens)]
     for lens in lenses:
         candidate = by_lens.get(lens)
-        if candidate and better(candidate.held_out, best.held_out, trusted, sure=0.0):
+        if candidate and better(candidate.held_out, best.held_out, trusted):
             best = candidate
     return best, tried
 

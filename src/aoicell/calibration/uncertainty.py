@@ -3,6 +3,10 @@
 The linear covariance is the inverse of the weighted normal matrix. It trusts the model; a
 jackknife over views (each left out once; Efron 1982) asks the recording itself. Where the
 views scatter more than the model says, the whole covariance is widened by that ratio.
+
+What an arm does wrong alike in all views moves no predicted point: it goes into where the base
+and the flange are said to be. With the joint angles known it is in the covariance, through the
+priors of the joint terms. Without, no recording tells it, and it is assumed.
 """
 
 from dataclasses import dataclass
@@ -11,22 +15,31 @@ import numpy as np
 
 from aoicell.calibration.bundle import Solution
 from aoicell.calibration.observability import Freedom, freedoms, inverse_of, natural_steps
+from aoicell.calibration.parameters import DEFAULT_PRIOR, ArmPrior
 from aoicell.transforms import Array
+
+# An arm that nobody calibrated: it places its flange within some 3 mm, as published tests of
+# pose accuracy (ISO 9283) usually find.
+UNKNOWN_ARM = ArmPrior(joint_deg=0.1, origin_mm=0.6)
+_WRIST = 0.2  # its length over the arm's reach
 
 
 @dataclass(frozen=True)
 class Uncertainty:
     """Covariance (P, P) of all parameters, in the order and units of the layout's names.
 
-    Poses as a twist (m, rad) in their own axes. `std` (P,) is NaN for what nothing tells;
-    `from_prior` (P,) is the share of a parameter's variance that the recording left as the
-    prior had it, 0 without a prior. `inflation` is how many times wider the views scatter than
+    Poses as a twist (m, rad) in their own axes. `covariance` holds for work with this arm and
+    this controller, `std` (P,) against the world: it contains `arm_std` (P,), what the arm's own
+    inexactness moves alike in all views, and is NaN for what nothing tells. `from_prior` (P,) is
+    the share of a parameter's variance that the recording left as the prior had it, 0 without a
+    prior. `inflation` is how many times wider the views scatter than
     the model alone says, at least 1, and is contained in `covariance`.
     """
 
     names: tuple[str, ...]
     covariance: Array
     std: Array
+    arm_std: Array
     from_prior: Array
     inflation: float
     unobservable: tuple[Freedom, ...]
@@ -45,9 +58,40 @@ def uncertainty_of(solution: Solution) -> Uncertainty:
     prior = solution.noise.prior(layout)
     with np.errstate(invalid="ignore"):
         share = np.where(np.isfinite(prior), (std / inflation / prior) ** 2, 0.0)
+    arm_std = _arm_std(solution)
     return Uncertainty(
-        layout.names, covariance, std, np.minimum(share, 1.0), inflation, freedoms(solution)
-    )
+        layout.names, covariance, np.hypot(std, arm_std), arm_std, np.minimum(share, 1.0),
+        inflation, freedoms(solution),
+    )  # fmt: skip
+
+
+def _arm_std(solution: Solution) -> Array:
+    """Standard deviations (P,) of poses from what the arm does alike in all views.
+
+    With joint terms: where the last link ends, which is not among them. Without: the joints
+    between the base and the wrist turn the base about the arm, at the length of its reach; those
+    of the wrist turn the flange, at a fifth of it.
+    """
+    layout, problem, noise = solution.layout, solution.problem, solution.noise
+    robot, std = layout.model.robot, np.zeros(layout.size)
+    places = np.array([view.T_base_flange.translation for view in problem.views])
+    reach = float(np.sqrt((places**2).sum(axis=1).mean()))
+    if robot == "joint_terms":
+        turn, origin = np.radians(DEFAULT_PRIOR.axis_deg), DEFAULT_PRIOR.origin_mm / 1e3
+        turns = {"base": 0.0, "flange": turn * noise.arm_factor}
+        lengths = {"base": 0.0, "flange": origin * noise.arm_factor}
+    else:
+        turn, origin = np.radians(UNKNOWN_ARM.joint_deg), UNKNOWN_ARM.origin_mm / 1e3
+        lengths = {
+            "base": np.hypot(np.sqrt(2) * reach * turn, np.sqrt(6) * origin),
+            "flange": np.sqrt(3) * np.hypot(_WRIST * reach * turn, origin),
+        }
+        turns = dict.fromkeys(lengths, np.sqrt(3) * turn)
+    for (kind, name), where in layout.blocks.items():
+        if kind in ("eye", "fixture"):
+            mount = (problem.eye if kind == "eye" else problem.fixture)(name).mount
+            std[where] = [lengths[mount]] * 3 + [turns[mount]] * 3
+    return std
 
 
 def _inflation(solution: Solution, H: Array, step: Array) -> float:

@@ -9,8 +9,10 @@ import typer
 from aoicell.benchmark.workers import compute_on_one_thread
 from aoicell.cli.app import AsJson, app, err, out
 from aoicell.datasets.describe import describe, hand_eye_result
+from aoicell.datasets.drift import check_recording, describe_check, lines_of, raise_unless_ok
 from aoicell.datasets.other_readings import suggest_readings
 from aoicell.datasets.recording import read_recording
+from aoicell.datasets.result_files import with_reference
 from aoicell.datasets.results import FrameNames, to_easy_handeye2, to_moveit_launch
 from aoicell.datasets.solve import Solved, solve_recording
 from aoicell.datasets.suggest import Reading
@@ -39,6 +41,15 @@ def calibrate(
     report: Annotated[
         Path | None, typer.Option(help="Folder for overlays of each view.", show_default=False)
     ] = None,
+    check: Annotated[
+        Path | None,
+        typer.Option(
+            help="Is this result still good? Exit 1: drifted, 3: cannot tell.", show_default=False
+        ),
+    ] = None,
+    fixed: Annotated[
+        bool, typer.Option("--fixed", help="With --check: the target has not been moved.")
+    ] = False,
     base_frame: Annotated[str, typer.Option(help="Name in tf.")] = _DEFAULT.base,
     flange_frame: Annotated[str, typer.Option(help="Name in tf.")] = _DEFAULT.flange,
     camera_frame: Annotated[str, typer.Option(help="Its optical frame.")] = _DEFAULT.camera,
@@ -52,9 +63,12 @@ def calibrate(
     if suggest:
         _suggest(manifest, as_json)
         return
+    if check is not None:
+        _check(manifest, check, fixed, as_json)
+        return
     with err.status("finding the target and calibrating"):
         solved = solve_recording(read_recording(manifest))
-    result = describe(solved)
+    result = with_reference(describe(solved), solved)
     if as_json:
         print(json.dumps(result, allow_nan=False))
     else:
@@ -104,6 +118,19 @@ def _suggest(manifest: Path, as_json: bool) -> None:
             "Nothing was changed: the recording's maker knows which reading is true.",
             highlight=False,
         )
+
+
+def _check(manifest: Path, result: Path, fixed: bool, as_json: bool) -> None:
+    with err.status("finding the target and comparing"):
+        checked = check_recording(manifest, result, fixed)
+    if as_json:
+        print(json.dumps(describe_check(checked), allow_nan=False))
+    else:
+        for line in lines_of(checked):
+            out.print(line, markup=False, highlight=False, soft_wrap=True)
+    for warning in checked.warnings:
+        _say(f"warning: {warning}")
+    raise_unless_ok(checked, manifest)
 
 
 def _described(reading: Reading) -> dict[str, Any]:

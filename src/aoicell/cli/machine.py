@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import asdict
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.box import SIMPLE
@@ -37,10 +37,17 @@ def bench(
         return
     table = Table(*result["rows"][0], title=f"bench {name}", box=SIMPLE)
     for row in result["rows"]:
-        table.add_row(*(f"{v:.3f}" if isinstance(v, float) else str(v) for v in row.values()))
+        table.add_row(*(_shown(v) for v in row.values()))
     out.print(table)
     for ratio, value in result["ratios"].items():
-        out.print(f"{ratio} = {value:.3f}", highlight=False)
+        out.print(f"{ratio} = {_shown(value)}", highlight=False)
+
+
+def _shown(value: Any) -> str:
+    """A value of a row or a ratio; one by name for each kind or track."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_shown(v)}" for name, v in value.items())
+    return "-" if value is None else f"{value:.3f}" if isinstance(value, float) else str(value)
 
 
 @app.command()

@@ -28,7 +28,8 @@ def report(
     page, _ = write_page(store)
     finished = (run / "summary.json").is_file()
     if finished and not any(store.figures.glob("schematic.*")):  # 'run' has drawn these, mostly
-        write_figures(store, load_nominal(store.scenario().cell_folder))
+        scenario = store.scenario()
+        write_figures(store, scenario.fitted(load_nominal(scenario.cell_folder)))
     figures = sorted(store.figures.iterdir())
     if as_json:
         print(json.dumps({"report": str(page), "bytes": page.stat().st_size, "finished": finished,

@@ -92,7 +92,7 @@ def _run(scenario: Scenario, folder: Path, as_json: bool, **how: Any) -> None:
     store = RunStore(folder)
     if not store.worlds():
         raise Refused(_first_reason(store))
-    write_figures(store, load_nominal(scenario.cell_folder))
+    write_figures(store, scenario.fitted(load_nominal(scenario.cell_folder)))
     page, _ = write_page(store)
     if as_json:
         print(json.dumps(summary))

@@ -13,7 +13,7 @@ from aoicell.calibration.problem import Fixture, Problem, moves, pairs_seen
 from aoicell.calibration.verdict import CalibrationReport, ViewFinding
 from aoicell.datasets.results import HandEyeResult, TargetResult, ViewResult, to_json
 from aoicell.datasets.solve import Solved, scatter_mm
-from aoicell.transforms import SE3, Array
+from aoicell.transforms import Array
 
 _CAMERA_KEYS = ("T_flange_camera", "T_base_camera")
 _TARGET_KEYS = {"base": "T_base_target", "flange": "T_flange_target"}
@@ -56,9 +56,8 @@ def hand_eye_result(solved: Solved) -> HandEyeResult:
     views = tuple(ViewResult(v.id, v.used, v.reason, _known(v.rms_px)) for v in _findings(solved))
     solution = report.solution
     if solution is None:
-        nowhere = SE3(np.full((3, 3), np.nan), np.full(3, np.nan))
         return HandEyeResult(
-            recording.mount, nowhere, (), "refused", report.reasons, warnings, views=views
+            recording.mount, None, (), "refused", report.reasons, warnings, views=views
         )
     eye, estimate = solution.problem.eyes[0], solution.estimate
     std = _std(report, eye.name)

@@ -34,6 +34,7 @@ PoseMeaning = Literal["T_base_flange", "T_flange_base"]
 LengthUnit = Literal["m", "mm"]
 Pairing = Literal["order", "name"]
 PairFormat = Literal["json_effector_and_object"]
+JointUnit = Literal["rad", "deg"]
 
 FilePath = Annotated[str, Field(pattern=r"^[^\x00-\x1f\x7f]+$", max_length=1000)]
 
@@ -101,10 +102,23 @@ class CameraEntry(Strict):
         return self
 
 
+class ArmEntry(Strict):
+    """The arm's model and its joint angles, with which its own errors are estimated too.
+
+    `joints` is a table with the column `id`, the name of the view's first picture, and one column
+    for each joint of the URDF.
+    """
+
+    urdf: FilePath
+    joints: FilePath
+    joint_unit: JointUnit
+
+
 class Manifest(Strict):
     """A recording's manifest as it stands in the file."""
 
     mount: Mount
+    arm: ArmEntry | None = None
     target: list[TargetDescription] = Field(default=[])
     views: Views
     camera: list[CameraEntry] = Field(default=[])
@@ -117,8 +131,8 @@ class Manifest(Strict):
     @model_validator(mode="after")
     def _complete(self) -> "Manifest":
         if isinstance(self.views, PairViews):
-            if self.target or self.camera:
-                key = "target" if self.target else "camera"
+            if self.target or self.camera or self.arm:
+                key = "target" if self.target else "camera" if self.camera else "arm"
                 raise ValueError(
                     f"'{key}' has no use beside 'views.pairs': pose pairs come without pictures"
                 )

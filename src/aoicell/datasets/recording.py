@@ -9,7 +9,9 @@ from aoicell.camera import Camera
 from aoicell.datasets.build import build_target
 from aoicell.datasets.camera_files import read_camera
 from aoicell.datasets.globs import matching
+from aoicell.datasets.joint_files import read_arm, read_joints
 from aoicell.datasets.manifest import (
+    ArmEntry,
     CameraEntry,
     Manifest,
     PairViews,
@@ -22,7 +24,8 @@ from aoicell.datasets.pose_files import read_pairs, read_poses
 from aoicell.datasets.poses import FilePose, conventional, implausible_lengths, in_metres
 from aoicell.datasets.target_descriptions import Mount, TargetDescription
 from aoicell.errors import InputError
-from aoicell.transforms import SE3
+from aoicell.robot import Arm
+from aoicell.transforms import SE3, Array
 
 
 @dataclass(frozen=True)
@@ -38,13 +41,15 @@ class Picture:
 class View:
     """Where the flange was, as the controller has it, and what was seen from there.
 
-    `T_camera_target` comes with a recording of pose pairs, which has no pictures.
+    `T_camera_target` comes with a recording of pose pairs, which has no pictures; `q` (dof,), the
+    joint angles (rad), where the manifest names them.
     """
 
     id: str
     T_base_flange: SE3
     pictures: tuple[Picture, ...] = ()
     T_camera_target: SE3 | None = None
+    q: Array | None = None
 
     @property
     def picture(self) -> Path | None:
@@ -78,6 +83,7 @@ class Recording:
     cameras: tuple[CameraStart, ...]
     views: tuple[View, ...]
     warnings: tuple[str, ...] = ()
+    arm: Arm | None = None
 
 
 def read_recording(path: Path, check_lengths: bool = True) -> Recording:
@@ -90,7 +96,11 @@ def read_recording(path: Path, check_lengths: bool = True) -> Recording:
 
 
 def assemble(path: Path, manifest: Manifest, check_lengths: bool = True) -> Recording:
-    """The recording of a manifest that stands, or would stand, at `path`."""
+    """The recording of a manifest that stands, or would stand, at `path`.
+
+    Without `check_lengths` it is a reading on trial: poses are taken as they come, and an arm,
+    to which they need not belong, is left aside.
+    """
     if isinstance(manifest.views, PairViews):
         views = _pair_views(path, manifest.views, check_lengths)
         return Recording(path, manifest.mount, (), (), tuple(views))
@@ -100,7 +110,24 @@ def assemble(path: Path, manifest: Manifest, check_lengths: bool = True) -> Reco
     cameras, problems = _cameras(path, manifest.cameras, matches)
     views = [_view(m, manifest.views, problems) for m in matches]
     targets = _targets(path, manifest)
-    return Recording(path, manifest.mount, targets, cameras, tuple(views), tuple(warnings))
+    arm = None
+    if manifest.arm is not None and check_lengths:
+        arm = read_arm(path.parent / manifest.arm.urdf, f"{path}: 'arm.urdf'")
+        views = _with_joints(path, manifest.arm, arm, views)
+    return Recording(path, manifest.mount, targets, cameras, tuple(views), tuple(warnings), arm)
+
+
+def _with_joints(path: Path, entry: ArmEntry, arm: Arm, views: Sequence[View]) -> list[View]:
+    """The views with their joint angles; all of them need some."""
+    file = path.parent / entry.joints
+    joints = read_joints(file, arm.joint_names, entry.joint_unit)
+    missing = [view.id for view in views if view.id not in joints]
+    if missing:
+        raise InputError(
+            f"{file}: no joint angles for view '{missing[0]}' ({len(missing)} of {len(views)} "
+            "views have none); give one row for each"
+        )
+    return [replace(view, q=joints[view.id]) for view in views]
 
 
 def _targets(path: Path, manifest: Manifest) -> tuple[TargetDescription, ...]:

@@ -42,13 +42,14 @@ class TargetResult:
 class HandEyeResult:
     """A calibration as it is written down.
 
-    `T_mount_camera` is T_flange_camera (eye in hand) or T_base_camera (eye to hand);
+    `T_mount_camera` is T_flange_camera (eye in hand) or T_base_camera (eye to hand), None where
+    nothing came out;
     `std_mm` and `std_deg` (3,) are its standard deviations along and about the camera's axes.
     A number that is unknown is None.
     """
 
     mount: Mount
-    T_mount_camera: SE3
+    T_mount_camera: SE3 | None
     targets: tuple[TargetResult, ...]
     verdict: Verdict
     reasons: tuple[str, ...] = ()
@@ -70,8 +71,8 @@ def to_dict(result: HandEyeResult) -> dict[str, Any]:
     values: dict[str, Any] = {
         "schema": 1,
         "mount": result.mount,
-        camera_frame: {"matrix": _matrix(result.T_mount_camera)},
-        target_frame: {"matrix": _matrix(first.T_mount_target)} if first else None,
+        camera_frame: _posed(result.T_mount_camera),
+        target_frame: _posed(first.T_mount_target if first else None),
         "camera": _camera(result.camera, result.camera_model),
         "rms_px": result.rms_px,
         "holdout_px": result.holdout_px,
@@ -110,6 +111,10 @@ def _frames(mount: Mount) -> tuple[str, str]:
     if mount == "eye_in_hand":
         return "T_flange_camera", "T_base_target"
     return "T_base_camera", "T_flange_target"
+
+
+def _posed(T: SE3 | None) -> dict[str, Any] | None:
+    return None if T is None else {"matrix": _matrix(T)}
 
 
 def _matrix(T: SE3) -> list[list[float]]:
@@ -199,7 +204,8 @@ def to_moveit_launch(result: HandEyeResult, frames: FrameNames) -> str:
 
 def _usable(result: HandEyeResult) -> SE3:
     """A robot would act on these files: nothing refused goes into one."""
-    if result.verdict == "refused" or not is_rigid(result.T_mount_camera, 1e-6):
+    T = result.T_mount_camera
+    if result.verdict == "refused" or T is None or not is_rigid(T, 1e-6):
         reasons = "; ".join(result.reasons) or "no rigid transform"
         raise InputError(f"the calibration is refused ({reasons}); no file for a robot is written")
-    return result.T_mount_camera
+    return T

@@ -26,7 +26,7 @@ from aoicell.calibration.verdict import CalibrationReport
 from aoicell.camera import Camera
 from aoicell.datasets.recording import Recording, View
 from aoicell.datasets.sightings import Found, NamedTarget, find_targets, guess_camera, named_targets
-from aoicell.datasets.target_descriptions import Mount
+from aoicell.datasets.target_descriptions import Mount, TargetDescription
 from aoicell.errors import Implausible
 from aoicell.targets.pose import solve_pose
 from aoicell.transforms import SE3, Array
@@ -90,8 +90,7 @@ def detect(recording: Recording) -> Detected:
             )
         eyes.append(Eye(start.name, camera, sides[start.name], start.refine))
     fixtures = [
-        Fixture(t.name, t.target.points, _TARGET_ON[d.mount or recording.mount],
-                t.target.half_turns)
+        _fixture(t, d, _TARGET_ON[d.mount or recording.mount])
         for t, d in zip(targets, recording.targets, strict=True)
     ]  # fmt: skip
     views = [_view(view, found[view.id], targets) for view in recording.views]
@@ -100,9 +99,20 @@ def detect(recording: Recording) -> Detected:
         for id, f in found.items()
         if f.problems
     }
-    problem = Problem(tuple(eyes), tuple(fixtures), tuple(v for v in views if v.sights))
+    seen = tuple(v for v in views if v.sights)
+    problem = Problem(tuple(eyes), tuple(fixtures), seen, recording.arm)
     warnings += _rarely_found(targets, found)
     return Detected(problem, reasons, tuple(warnings))
+
+
+def _fixture(named: NamedTarget, described: TargetDescription, side: Side) -> Fixture:
+    """A target with how exact its print is, as far as the manifest says so."""
+    fixture = Fixture(named.name, named.target.points, side, named.target.half_turns)
+    if described.size_percent is not None:
+        fixture = replace(fixture, size_std=described.size_percent / 100)
+    if described.flatness_mm is not None:
+        fixture = replace(fixture, flatness_std=described.flatness_mm / 1e3)
+    return fixture
 
 
 def _camera_sides(recording: Recording) -> dict[str, Side]:
@@ -120,7 +130,7 @@ def _view(view: View, found: Found, targets: Sequence[NamedTarget]) -> Calibrati
               np.asarray(found.sightings[t.name].uv_px, dtype=float))
         for t in targets if t.name in found.sightings
     )  # fmt: skip
-    return CalibrationView(view.id, view.T_base_flange, sights)
+    return CalibrationView(view.id, view.T_base_flange, sights, view.q)
 
 
 def _rarely_found(targets: Sequence[NamedTarget], found: Mapping[str, Found]) -> list[str]:

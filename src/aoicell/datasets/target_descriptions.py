@@ -21,11 +21,17 @@ class Strict(BaseModel):
 
 
 class _Described(Strict):
-    """What every target may say: a name, its camera, and a mount other than the recording's."""
+    """What every target may say: a name, its camera, and a mount other than the recording's.
+
+    `size_percent` and `flatness_mm` are standard deviations of the print's size and of its
+    plate's heights, for targets better or worse than a laser printer's sheet on a plate.
+    """
 
     name: Name | None = None
     camera: Name | None = None
     mount: Mount | None = None
+    size_percent: Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)] | None = None
+    flatness_mm: Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)] | None = None
 
 
 class _Grid(_Described):

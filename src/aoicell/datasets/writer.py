@@ -1,6 +1,7 @@
 """Writes a recording that any tool, this one included, can read: pictures, poses, manifest."""
 
-from collections.abc import Iterable, Sequence
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import tomli_w
@@ -8,12 +9,14 @@ from PIL import Image as Pillow
 
 from aoicell.camera import Camera
 from aoicell.datasets.camera_files import write_camera
-from aoicell.datasets.manifest import CameraEntry, Manifest, PictureViews, PoseFormat
+from aoicell.datasets.joint_files import write_joints
+from aoicell.datasets.manifest import ArmEntry, CameraEntry, Manifest, PictureViews, PoseFormat
 from aoicell.datasets.pose_writer import write_poses
 from aoicell.datasets.target_descriptions import Mount, TargetDescription
 from aoicell.errors import InputError
 from aoicell.observation import Image
-from aoicell.transforms import SE3
+from aoicell.robot import Arm
+from aoicell.transforms import SE3, Array
 
 MANIFEST = "manifest.toml"
 
@@ -25,12 +28,15 @@ def write_recording(
     views: Iterable[tuple[str, Image, SE3]],
     camera: Camera | None = None,
     pose_format: PoseFormat = "matrix4x4_row_major",
+    urdf: Path | None = None,
+    joints: Mapping[str, Array] | None = None,
 ) -> Path:
     """Write a recording into an empty or new folder and return its manifest's path.
 
     `views` are (id, picture (H, W) or (H, W, 3) RGB, T_base_flange in m), taken one by one, so
-    that they need not fit into memory. `camera` becomes a start that is refined. Raises
-    InputError for a folder that holds something, an id that is no file name or stands twice.
+    that they need not fit into memory. `camera` becomes a start that is refined. `joints` are
+    joint angles (rad) by id of the arm in the file `urdf`, which is copied.
+    Raises InputError for a folder that holds something, an id that is no file name or stands twice.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"{folder}: not empty; name a new folder for the recording")
@@ -50,8 +56,14 @@ def write_recording(
     if camera is not None:
         write_camera(camera, folder / "camera.yaml", "opencv")
         start = CameraEntry(intrinsics="camera.yaml", refine=True)
+    arm = None
+    if urdf is not None and joints is not None:
+        shutil.copyfile(urdf, folder / "arm.urdf")
+        write_joints(folder / "joints.csv", Arm(urdf).joint_names, joints)
+        arm = ArmEntry(urdf="arm.urdf", joints="joints.csv", joint_unit="rad")
     manifest = Manifest(
         mount=mount,
+        arm=arm,
         target=list(targets),
         views=PictureViews(
             images="images/*.png",

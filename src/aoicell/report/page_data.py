@@ -7,14 +7,12 @@ import numpy as np
 
 from aoicell.benchmark.records import TrialRecord, WorldRecord
 from aoicell.benchmark.store import Columns, RunStore
-from aoicell.benchmark.summary import summarise
+from aoicell.benchmark.summary import summarise_columns
+from aoicell.benchmark.values import OF_MARKERS
 from aoicell.errors import InputError
 from aoicell.scenario import Case, Scenario, cases_of
 
-_MARKER_TYPES = [
-    ("method", object), ("view", object), ("marker", object),
-    ("detected_px", float), ("true_px", float), ("image_mm", float),
-]  # fmt: skip
+_OF_MARKERS = ("case_index", "method", "view", "marker", *OF_MARKERS)
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,10 @@ class RunData:
 
 
 def read_run(store: RunStore) -> RunData:
-    """Read a run directory. Raises InputError where there is none, or no trial in it yet."""
+    """Read a run directory.
+
+    Raises InputError where there is none, no trial in it yet, or another version's tables.
+    """
     if not store.exists:
         raise InputError(
             f"{store.folder}: not a run directory (scenario.toml and trials.sqlite are looked "
@@ -85,18 +86,18 @@ def read_run(store: RunStore) -> RunData:
     if not len(trials["number"]):
         raise InputError(f"{store.folder}: no trial is finished yet; go on with --resume first")
     cases, worlds = cases_of(scenario), store.worlds()
-    summary = summarise(scenario, store, 0.0, 0.0)
+    summary = summarise_columns(scenario, trials, worlds)
     methods, floor = summary["methods"], summary["arm_floor_mm"]
-    shown, views, where = trials, store.columns("views"), "1"
+    shown, views, markers = trials, store.columns("views"), store.columns("markers", _OF_MARKERS)
     scope = "" if len(cases) == 1 else f"all {len(cases)} cases together"
     if _stands_alone(cases):
-        scope, where = "the scenario as it stands", "case_index = 0"
-        shown, views = _first_case(shown), _first_case(views)
+        scope = "the scenario as it stands"
+        shown, views, markers = (_first_case(columns) for columns in (shown, views, markers))
         worlds = [world for world in worlds if world.case == 0]
         methods, floor = (summary["cases"][0][key] for key in ("methods", "arm_floor_mm"))
     finished = (store.folder / "summary.json").is_file()
     return RunData(
-        scenario, cases, scope, trials, shown, views, _markers(store, where), worlds, methods,
+        scenario, cases, scope, trials, shown, views, markers, worlds, methods,
         summary.get("cases", []), floor, store.read_json("environment.json"),
         store.read_json("summary.json") if finished else None,
     )  # fmt: skip
@@ -131,16 +132,3 @@ def _stands_alone(cases: list[Case]) -> bool:
 
 def _first_case(columns: Columns) -> Columns:
     return choose(columns, columns["case_index"] == 0)
-
-
-def _markers(store: RunStore, where: str) -> Columns:
-    """Columns of the markers; the records pass by one at a time, for there may be many."""
-    rows = (
-        (trial.method, view.id, marker.id, marker.detected_px, marker.true_px, marker.image_mm)
-        for trial in store.trials(where)
-        for view in trial.views
-        for marker in view.markers
-    )
-    known = (tuple(np.nan if cell is None else cell for cell in row) for row in rows)
-    data = np.fromiter(known, _MARKER_TYPES)
-    return {name: data[name] for name, _ in _MARKER_TYPES}

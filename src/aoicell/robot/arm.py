@@ -35,17 +35,22 @@ class Arm:
         self.upper = np.array(self._model.upperPositionLimit)
         self.joint_names = tuple(self._model.names)[1:]
         self._offsets = np.zeros(self.dof)
+        self._sides = [self._across(joint) for joint in range(1, self.dof + 1)]
 
-    def corrected(self, joint_offsets: ArrayLike, joint_shifts: ArrayLike) -> "Arm":
+    def corrected(self, joint_offsets: ArrayLike, joint_origins: ArrayLike) -> "Arm":
         """A copy with a better model: offsets (dof,) added to the commanded angles (rad).
 
-        `joint_shifts` (dof, 3) move each joint's origin in its parent's axes (m).
+        `joint_origins` (dof, 5): how each joint's origin stands off its design: a shift (m) along
+        its parent's axes and a tilt (rad) of its axis, about the two directions of `_across`.
         """
         arm = copy(self)
         arm._model = self._model.copy()
-        for joint, shift in enumerate(np.asarray(joint_shifts, dtype=float), start=1):
+        for joint, error in enumerate(np.asarray(joint_origins, dtype=float), start=1):
             origin = self._model.jointPlacements[joint]
-            arm._model.jointPlacements[joint] = SE3(origin.rotation, origin.translation + shift)
+            tilt = pin.exp3(self._sides[joint - 1] @ error[3:])
+            arm._model.jointPlacements[joint] = SE3(
+                tilt @ origin.rotation, origin.translation + error[:3]
+            )
         arm._data = arm._model.createData()
         arm._offsets = self._offsets + np.asarray(joint_offsets, dtype=float)
         return arm
@@ -74,16 +79,32 @@ class Arm:
         )
 
     def origin_jacobian(self, q: ArrayLike) -> Array:
-        """Flange twist in flange axes (m, rad) per shift (m) of each joint's origin, (6, 3 dof).
+        """Flange twist in flange axes (m, rad) per error of each joint's origin, (6, 5 dof).
 
-        The shifts are those of `corrected`: along the axes of the joint's parent.
+        The errors are those of `corrected`: shifts (m), then tilts (rad).
         """
-        R_flange_base = self.fk(q).rotation.T
-        J = np.zeros((6, 3 * self.dof))
+        T_flange_base = self.fk(q).inverse()
+        J = np.zeros((6, 5 * self.dof))
         for joint in range(1, self.dof + 1):
             parent = self._data.oMi[self._model.parents[joint]]
-            J[:3, 3 * joint - 3 : 3 * joint] = R_flange_base @ parent.rotation
+            R = T_flange_base.rotation @ parent.rotation
+            origin = parent.act(self._model.jointPlacements[joint].translation)
+            tilts = R @ self._sides[joint - 1]
+            lever = -T_flange_base.act(origin)  # from the joint to the flange, in flange axes
+            J[:3, 5 * joint - 5 : 5 * joint - 2] = R
+            J[:3, 5 * joint - 2 : 5 * joint] = np.cross(tilts, lever, axis=0)
+            J[3:, 5 * joint - 2 : 5 * joint] = tilts
         return J
+
+    def _across(self, joint: int) -> Array:
+        """Two directions (3, 2), in the parent's axes, at right angles to a joint's design axis."""
+        pin.computeJointJacobians(self._model, self._data, np.zeros(self.dof))
+        in_base = pin.getJointJacobian(self._model, self._data, joint, pin.WORLD)[3:, joint - 1]
+        parent = self._data.oMi[self._model.parents[joint]]
+        axis = parent.rotation.T @ in_base
+        side = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        side /= np.linalg.norm(side)
+        return np.column_stack([side, np.cross(axis, side)])
 
     def limit_margin(self, q: ArrayLike) -> float:
         """Smallest angle (rad) to a joint limit; negative outside."""
@@ -116,7 +137,7 @@ class Arm:
                 if damping > 1e6:
                     break
         if not np.abs(error).max() <= 1e-8:  # also when it is NaN
-            raise Unreachable(self._explain(q, T_base_flange, name))
+            raise Unreachable(self._explain(q, T_base_flange, name), q)
         return q
 
     def _error(self, q: Array, T_target: SE3) -> Array:

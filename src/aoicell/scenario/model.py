@@ -20,12 +20,15 @@ from pydantic import (
     model_validator,
 )
 
-from aoicell.errors import did_you_mean
+from aoicell.errors import InputError, ScenarioError, did_you_mean
 from aoicell.methods import method_names
+from aoicell.nominal import Nominal
 from aoicell.resources import data_root
+from aoicell.sim.adversity import CAUSES
 from aoicell.sim.profiles import PROFILES
 from aoicell.sim.sources import SOURCES
 from aoicell.sim.tolerances import Tolerances
+from aoicell.targets.marker import MARKERS, marker_kinds
 
 
 class _Strict(BaseModel):
@@ -64,6 +67,7 @@ _SOURCES_AND_KNOBS = {**SOURCES, **Tolerances.model_fields}
 
 Profile = Annotated[str, _known(PROFILES), _choice(PROFILES)]
 MethodName = Annotated[str, _known(method_names()), _choice(method_names())]
+CauseName = Annotated[str, _known(CAUSES), _choice(CAUSES)]
 SourceName = Annotated[str, _known(_SOURCES_AND_KNOBS), _choice(_SOURCES_AND_KNOBS)]
 
 
@@ -150,6 +154,32 @@ class Displacement(_Strict):
         return self
 
 
+# -- The markers ------------------------------------------------------------------------
+
+
+def _known_kind(kind: str) -> str:
+    if kind and kind not in marker_kinds():
+        raise ValueError(did_you_mean(kind, marker_kinds()))
+    return kind
+
+
+MarkerName = Annotated[str, AfterValidator(_known_kind), _choice(["", *MARKERS])]
+
+
+class MarkerChoice(_Strict):
+    """The board's markers; "" and 0 leave what the cell's board has.
+
+    A size that is not given is the board's own or what the pitch needs. The markers stay where the
+    board has them; one that would leave its outline moves inwards. `make_room` leaves out the
+    components that a larger marker would lie on.
+    """
+
+    kind: MarkerName = ""
+    size_mm: float = Field(default=0.0, ge=0, le=300, allow_inf_nan=False)
+    pitch_mm: float = Field(default=0.0, ge=0, le=300, allow_inf_nan=False)
+    make_room: bool = False
+
+
 # -- The experiment ---------------------------------------------------------------------
 
 
@@ -205,7 +235,9 @@ class Scenario(_Strict):
 
     `colour` gives the cell colour cameras instead of grey ones, with noise in each channel.
     Without `pictures` nothing is rendered: target points are projected from the truth, with
-    the detection noise that was measured in pictures.
+    the detection noise that was measured in pictures. Without `visit` a trial ends with the
+    corrected views: nobody looks at them, and they are scored from the truth alone. `inject` then
+    names what goes wrong, one cause a trial and each equally often ("none" is one of them).
 
     A scenario may stand for several cases, all with the same draws: `sweep` gives lists of
     values for any keys (all combinations), `cases` names changes of several keys, `ablate`
@@ -224,12 +256,16 @@ class Scenario(_Strict):
     trials_per_world: Annotated[int, Field(ge=1, le=100_000)] = 2
     methods: Annotated[list[MethodName], Field(min_length=1), AfterValidator(_each_once)] = [
         "paper",
+        "aoicell_one_look",
         "aoicell",
     ]
     pictures: bool = True
+    visit: bool = True
+    inject: Annotated[list[CauseName], AfterValidator(_each_once)] = []
     colour: bool = False
     tolerance_mm: Annotated[float, _within(1e-3, 1e3)] = 5.0
     displacement: Displacement = Displacement()
+    marker: MarkerChoice = MarkerChoice()
     knobs: Knobs = {}
     store: Store = Store()
     sweep: Changes = {}
@@ -247,6 +283,12 @@ class Scenario(_Strict):
             )
         return self
 
+    @model_validator(mode="after")
+    def _injectable(self) -> "Scenario":
+        if self.inject and (self.visit or not self.pictures):
+            raise ValueError("'inject' goes with visit = false and pictures = true")
+        return self
+
     @property
     def tolerances(self) -> Tolerances:
         """The profile with the scenario's own knobs."""
@@ -256,6 +298,17 @@ class Scenario(_Strict):
     def cell_folder(self) -> Path:
         """The cell's folder; the shipped one when the scenario names none."""
         return Path(self.cell) if self.cell else data_root() / "cell"
+
+    def fitted(self, nominal: Nominal) -> Nominal:
+        """The cell with the scenario's markers. Raises ScenarioError where they do not fit."""
+        marker = self.marker
+        if marker == MarkerChoice():
+            return nominal
+        size, pitch = marker.size_mm / 1e3, marker.pitch_mm / 1e3
+        try:
+            return nominal.with_markers(marker.kind, size, pitch, marker.make_room)
+        except InputError as error:
+            raise ScenarioError(f"'marker': {error}") from None
 
     @property
     def trials(self) -> int:

@@ -115,7 +115,7 @@ def _add_marker(
     scale: PrintScale, surfaces: Surfaces,
 ) -> None:  # fmt: skip
     """A marker as printed, with the dust on it and what covers part of its edge."""
-    marker = make_marker(design.kind, design.size, design.pitch)
+    marker = make_marker(design.kind, design.size, design.pitch, design.code)
     flat = (marker.size, marker.size)
     rng = stream(*surfaces.seed, -1, f"dust_{design.id}")
     image = dusty(marker.print_image(), flat, surfaces.dust, rng)

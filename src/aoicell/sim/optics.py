@@ -16,6 +16,7 @@ from aoicell.camera import Camera
 from aoicell.transforms import Array
 
 Plane = NDArray[np.float32]
+PinholeSize = tuple[int, int, float]  # width, height and focal length, px
 
 _KNOT_PX = 64  # the lens bends so little within it that a cubic spline is exact to 1e-5 px
 _MARGIN_PX = 3  # what the interpolation needs on each side
@@ -27,21 +28,24 @@ class Lens:
     `pinhole` is the (width, height, focal_px) to render: the camera's own when it is a centred
     pinhole itself, else large enough to cover its whole field in every state of warm-up.
     `focal_drift` is the relative change of the focal length from cold (0) to warm (1).
+    Where `pinhole` is settled beforehand it may be too small: its edge is then repeated.
     """
 
-    def __init__(self, camera: Camera, focal_drift: float = 0.0) -> None:
+    def __init__(
+        self, camera: Camera, focal_drift: float = 0.0, pinhole: PinholeSize | None = None
+    ) -> None:
         self._cold, self._drift = camera, focal_drift
         self._resampler: Resampler | None = None
         self._state = np.nan
         width, height = camera.width, camera.height
         plain = Camera.pinhole(camera.focal_px, width, height)
         self._bends = bool(
-            focal_drift or camera.distortion.any() or not np.array_equal(camera.K, plain.K)
+            pinhole or focal_drift or camera.distortion.any() or not np.array_equal(camera.K, plain.K)
         )
         if self._bends:
             halves = np.max([self._half_field(warm_up) for warm_up in (0.0, 1.0)], axis=0)
             width, height = (2 * (int(np.ceil(half)) + _MARGIN_PX) for half in halves)
-        self.pinhole = (width, height, camera.focal_px)
+        self.pinhole = pinhole or (width, height, camera.focal_px)
 
     def camera(self, warm_up: float = 0.0) -> Camera:
         """The intrinsics in a state of warm-up: the picture grows about the principal point."""

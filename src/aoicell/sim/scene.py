@@ -18,6 +18,8 @@ from aoicell.sim.board_scene import add_board
 from aoicell.sim.drawing import stream
 from aoicell.sim.lamps import set_lamps
 from aoicell.sim.prints import dusty, printed_size
+from aoicell.sim.props import GROUP as PROPS_GROUP
+from aoicell.sim.props import add_props
 from aoicell.sim.solids import Face, add_printed_plate, set_pose
 from aoicell.targets.chessboard import Chessboard
 from aoicell.toml_table import TomlTable
@@ -38,16 +40,24 @@ def optical_to_mujoco(T_parent_camera: SE3) -> SE3:
     return T_parent_camera * rotation("x", np.pi)
 
 
-def visible() -> mujoco.MjvOption:
-    """What is drawn: everything but the collision hulls."""
+def visible(props: bool = False) -> mujoco.MjvOption:
+    """What is drawn: everything but the collision hulls, and the props where there is one out."""
     option = mujoco.MjvOption()
     option.geomgroup[HULLS] = 0
+    option.geomgroup[PROPS_GROUP] = props
     return option
 
 
+def mocap_bodies(model: mujoco.MjModel) -> dict[str, int]:
+    """The places in `mocap_pos` of the bodies that are put where one wants, by name."""
+    bodies = (model.body(index) for index in range(model.nbody))
+    return {body.name: int(body.mocapid[0]) for body in bodies if body.mocapid[0] >= 0}
+
+
 def build_model(
-    nominal: Nominal, geometry: Geometry, pinholes: Sizes, light: Light, surfaces: Surfaces
-) -> mujoco.MjModel:
+    nominal: Nominal, geometry: Geometry, pinholes: Sizes, light: Light, surfaces: Surfaces,
+    props: bool = False,
+) -> mujoco.MjModel:  # fmt: skip
     """Compile the cell. `pinholes` gives width, height (px) and focal length (px) by camera.
 
     Raises ModelError naming the file that is missing or broken.
@@ -73,6 +83,8 @@ def build_model(
     board = spec.worldbody.add_body(name="board", mocap=True)
     set_pose(board, T_world_base * geometry.T_base_board)
     add_board(spec, board, nominal.board, geometry.Ts_board_marker, geometry.print_scales, surfaces)
+    if props:
+        add_props(spec, nominal)
     try:
         model = spec.compile()
     except ValueError as error:

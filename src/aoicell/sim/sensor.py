@@ -15,7 +15,7 @@ import numpy as np
 from aoicell.camera import Camera
 from aoicell.observation import Image, to_grey
 from aoicell.sim.as_built import Light, Sensor
-from aoicell.sim.optics import Lens, Plane, blur, blur_circle_px, smear
+from aoicell.sim.optics import Lens, PinholeSize, Plane, blur, blur_circle_px, smear
 
 
 @dataclass(frozen=True)
@@ -36,16 +36,19 @@ class Conditions:
 class CameraModel:
     """One camera: turns pinhole renders into its raw pictures."""
 
-    def __init__(self, camera: Camera, sensor: Sensor, light: Light) -> None:
+    def __init__(
+        self, camera: Camera, sensor: Sensor, light: Light, pinhole: PinholeSize | None = None
+    ) -> None:
+        """`pinhole`: what is rendered, where that is settled."""
         self._camera, self._sensor, self._lighting = camera, sensor, light
-        self._lens = Lens(camera, sensor.focal_drift)
+        self._lens = Lens(camera, sensor.focal_drift, pinhole)
 
     @cached_property
     def _shading(self) -> Plane | None:  # takes a tenth of a second; not every cell takes pictures
         return shading(self._camera, self._sensor, self._lighting)
 
     @property
-    def pinhole(self) -> tuple[int, int, float]:
+    def pinhole(self) -> PinholeSize:
         """Width, height and focal length (px) of the render that `expose` wants."""
         return self._lens.pinhole
 

@@ -1,7 +1,7 @@
 """The true state of a cell. Whoever holds a `World` knows everything: only the benchmark may."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import mujoco
@@ -19,11 +19,13 @@ from aoicell.sim.backend import make_renderer
 from aoicell.sim.drawing import stream
 from aoicell.sim.motion import first_contact, touching
 from aoicell.sim.prints import true_corners, true_crosses
-from aoicell.sim.scene import ARM, build_model, visible
+from aoicell.sim.scene import ARM, build_model, mocap_bodies, visible
 from aoicell.sim.sensor import CameraModel, Conditions
-from aoicell.transforms import SE3, Array, apply, to_quat_wxyz
+from aoicell.sim.spoiling import Spoil
+from aoicell.transforms import SE3, Array, apply, to_quat_wxyz, translation
 
 PATH_STEP = float(np.radians(3))  # of the fastest joint, from one check for contact to the next
+UNDERGROUND = translation(z=-5.0)  # where props are until they are wanted
 
 
 @dataclass(frozen=True)
@@ -46,14 +48,20 @@ class Truth:
 class World:
     """A simulated cell with its as-built geometry, the robot's true posture, and pictures of it."""
 
-    def __init__(self, nominal: Nominal, as_built: AsBuilt, pictures: bool = True) -> None:
-        """Build the cell; without `pictures` what only they would show is left out."""
+    def __init__(
+        self, nominal: Nominal, as_built: AsBuilt, pictures: bool = True, props: bool = False
+    ) -> None:
+        """Build the cell; without `pictures` what only they would show is left out.
+
+        With `props` there is what may get in the camera's way, put away for the time being.
+        """
         self.nominal, self.as_built = nominal, as_built
         self.geometry = as_built.geometry
         self._cameras = {
             name: CameraModel(camera, as_built.sensors[name], as_built.light)
             for name, camera in self.geometry.cameras.items()
         }
+        self._hand_as_built = self._cameras["hand"]
         pinholes = {name: camera.pinhole for name, camera in self._cameras.items()}
         self.model = build_model(
             nominal,
@@ -61,8 +69,10 @@ class World:
             pinholes,
             as_built.light,
             as_built.surfaces if pictures else plain_surfaces(),
+            props,
         )
         self.data = mujoco.MjData(self.model)
+        self._mocap = mocap_bodies(self.model)
         self._scratch = mujoco.MjData(self.model)  # for questions about other postures
         self._dofs = [self.model.joint(ARM + n).dofadr[0] for n in nominal.arm.joint_names]
         self._renderers: dict[CameraName, mujoco.Renderer] = {}
@@ -73,6 +83,8 @@ class World:
         )
         self.T_base_board = self.geometry.T_base_board
         self.render_seconds = 0.0
+        self.spoils: tuple[tuple[int, Spoil], ...] = ()  # by the number of a picture in its trial
+        self._props: dict[str, SE3] = {}
         self.begin()
         self.arrive(nominal.q_home)
 
@@ -146,10 +158,42 @@ class World:
         self.T_base_board = T_base_board
         self._update()
 
+    def place(self, prop: str, T_base_prop: SE3) -> None:
+        """Put a prop into view."""
+        self._props[prop] = T_base_prop
+        self._update()
+
+    def put_away(self) -> None:
+        """Take all props out of view."""
+        self._props.clear()
+        self._update()
+
+    def change_camera(self, T_flange_camera: SE3, camera: Camera) -> None:
+        """From now on the hand camera sits there and has that lens, nearly the old one.
+
+        Pictures are rendered for the old lens: where the new one looks past its edge, the last
+        pixels are repeated.
+        """
+        built, sensor = self.as_built.geometry.cameras["hand"], self.as_built.sensors["hand"]
+        if camera is built:
+            self._cameras["hand"] = self._hand_as_built
+        elif camera is not self.geometry.cameras["hand"]:
+            pinhole = self._hand_as_built.pinhole
+            self._cameras["hand"] = CameraModel(camera, sensor, self.as_built.light, pinhole)
+        cameras = {**self.geometry.cameras, "hand": camera}
+        self.geometry = replace(self.geometry, T_flange_camera=T_flange_camera, cameras=cameras)
+        hand = self.model.body("hand")
+        hand.pos[:], hand.quat[:] = (
+            T_flange_camera.translation, to_quat_wxyz(T_flange_camera.rotation)
+        )  # fmt: skip
+        self._update()
+
     def _update(self) -> None:
-        T_world_board = self.nominal.T_world_base * self.T_base_board
-        self.data.mocap_pos[0] = T_world_board.translation
-        self.data.mocap_quat[0] = to_quat_wxyz(T_world_board.rotation)
+        bodies = {"board": self.T_base_board, **self._props}
+        for name, index in self._mocap.items():
+            T_world_body = self.nominal.T_world_base * bodies.get(name, UNDERGROUND)
+            self.data.mocap_pos[index] = T_world_body.translation
+            self.data.mocap_quat[index] = to_quat_wxyz(T_world_body.rotation)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
@@ -184,10 +228,16 @@ class World:
 
     def picture(self, camera: CameraName, colour: bool = False) -> Image:
         """A raw picture, grey (H, W) or RGB (H, W, 3), with the lens and noise of this cell."""
-        pinhole = self.pinhole_picture(camera)
+        pinhole = self._spoiled(camera, self.pinhole_picture(camera))
         rng = self._stream(f"picture_{self._pictures}")
         self._pictures += 1
         return self._cameras[camera].expose(pinhole, self._conditions(camera, colour), rng)
+
+    def _spoiled(self, camera: CameraName, image: Image) -> Image:
+        for picture, spoil in self.spoils:
+            if picture == self._pictures:
+                image = spoil(image, self.T_base_body(camera), self._cameras[camera].pinhole[2])
+        return image
 
     def _conditions(self, camera: CameraName, colour: bool) -> Conditions:
         T_base_camera, surface = self.T_base_body(camera), self.T_base_board.translation[2]
@@ -217,7 +267,7 @@ class World:
     def pinhole_picture(self, camera: CameraName) -> Image:
         """MuJoCo's bare picture, before the lens."""
         renderer, start = self._renderer(camera), time.perf_counter()
-        renderer.update_scene(self.data, camera, visible())
+        renderer.update_scene(self.data, camera, visible(props=bool(self._props)))
         image = renderer.render()
         self.render_seconds += time.perf_counter() - start
         return np.asarray(image, dtype=np.uint8)

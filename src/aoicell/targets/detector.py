@@ -3,9 +3,11 @@
 from typing import Protocol
 from weakref import WeakKeyDictionary
 
+from aoicell.camera import Camera
 from aoicell.observation import Observation
 from aoicell.targets.chessboard import Chessboard
-from aoicell.targets.marker import Marker
+from aoicell.targets.marker import Marker, sight_markers
+from aoicell.targets.marker_sighting import MarkerSighting
 from aoicell.transforms import Array
 
 
@@ -22,6 +24,14 @@ class Detector(Protocol):
 
     def markers(self, observation: Observation, marker: Marker) -> list[Array]:
         """Cross centres (4, 2) of every marker in view, up to quarter turns."""
+
+    def sightings(
+        self, observation: Observation, marker: Marker, camera: Camera | None = None
+    ) -> list[MarkerSighting]:
+        """The same with what each marker says of itself, and how exact its points are.
+
+        With the camera its distortion is in the model of what is fitted.
+        """
 
 
 class PictureDetector:
@@ -41,6 +51,12 @@ class PictureDetector:
         """See `Marker.detect`."""
         return marker.detect(observation.grey)
 
+    def sightings(
+        self, observation: Observation, marker: Marker, camera: Camera | None = None
+    ) -> list[MarkerSighting]:
+        """See `sight_markers`."""
+        return sight_markers(marker, observation.grey, camera)
+
 
 IN_PICTURES = PictureDetector()
 
@@ -50,7 +66,7 @@ class Remembering:
 
     def __init__(self, detector: Detector) -> None:
         self._detector = detector
-        self._found: WeakKeyDictionary[Observation, list[Array]] = WeakKeyDictionary()
+        self._found: WeakKeyDictionary[Observation, _Found] = WeakKeyDictionary()
 
     def chessboard(self, observation: Observation, board: Chessboard, name: str) -> Array:
         """As the detector does."""
@@ -63,7 +79,18 @@ class Remembering:
         return self._detector.chessboard_pair(observation, board, name)
 
     def markers(self, observation: Observation, marker: Marker) -> list[Array]:
-        """As the detector does, the first time."""
-        if observation not in self._found:
-            self._found[observation] = self._detector.markers(observation, marker)
-        return self._found[observation]
+        """The points of its sightings."""
+        return [seen.uv_px for seen in self.sightings(observation, marker)]
+
+    def sightings(
+        self, observation: Observation, marker: Marker, camera: Camera | None = None
+    ) -> list[MarkerSighting]:
+        """As the detector does, the first time for each camera."""
+        found = self._found.setdefault(observation, {})
+        if id(camera) not in found:
+            found[id(camera)] = camera, self._detector.sightings(observation, marker, camera)
+        return found[id(camera)][1]
+
+
+# by the id of a camera, which is kept so that its id stays its own: it has no hash
+_Found = dict[int, tuple[Camera | None, list[MarkerSighting]]]

@@ -8,7 +8,8 @@ from aoicell.benchmark.trial import Session
 from aoicell.benchmark.values import trial_values
 from aoicell.errors import Refused
 from aoicell.observation import Image, Observation
-from aoicell.pipeline import Calibration, relocate
+from aoicell.online import Looked, relocate
+from aoicell.pipeline import Calibration
 from aoicell.robot.trajectories import plan
 from aoicell.scenario import Scenario
 from aoicell.sim.meshes import Posture, Puppet
@@ -134,15 +135,13 @@ class Display:
 
     def _localise(self, observation: Observation, session: Session, method: str) -> None:
         """Where the software believes the board to be now, by the method at work."""
-        nominal, template = session.nominal, session.templates[method]
-        calibration = session.calibrations[method]
+        online = session.online(method)
+        nominal, template, calibration = session.nominal, online.template, online.calibration
         shift = distance_mm(self._world.T_base_board, session.T_base_board_taught)
         turn = distance_deg(self._world.T_base_board, session.T_base_board_taught)
         self._trial_rows.append(("board moved", f"{shift:.1f} mm, {turn:.1f}°"))
         try:
-            correction = relocate(
-                observation, template, calibration, nominal, session.methods[method], self._detector
-            )
+            correction = relocate(Looked(observation), online)
         except Refused as refusal:
             self._trial_rows.append(("refused", str(refusal)))
             return

@@ -49,7 +49,7 @@ def watch(
     Window = _window()
     scenario, world_index, trials = _chosen(scenario, only)
     trials = trials[:1] if once else trials
-    nominal = load_nominal(scenario.cell_folder)
+    nominal = scenario.fitted(load_nominal(scenario.cell_folder))
     as_built = draw(nominal, scenario.tolerances, scenario.seed, world_index)
     world, gate = World(nominal, as_built, scenario.pictures), Gate()
     cell, detector = senses(scenario, world)

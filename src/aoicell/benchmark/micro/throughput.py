@@ -81,7 +81,7 @@ def _all(calls: list[tuple[Worker, int, float]]) -> list[Pace]:
 def _session(world: int) -> Session:
     compute_on_one_thread()
     scenario = load_scenario(find("scenarios", "random_displacement"))
-    return prepare(scenario, load_nominal(scenario.cell_folder), world)
+    return prepare(scenario, scenario.fitted(load_nominal(scenario.cell_folder)), world)
 
 
 def measure(world: int, seconds: float) -> Pace:

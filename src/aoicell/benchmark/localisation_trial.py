@@ -1,0 +1,120 @@
+"""A trial that ends where the corrected views are known: two pictures, and scores from truth.
+
+The arm goes to the corrected views to be scored, but nothing is photographed there. It is cheap
+enough for thousands of trials in which something goes wrong.
+"""
+
+import time
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from aoicell.benchmark.records import Outcome, TrialRecord, ViewRecord
+from aoicell.benchmark.scoring import residual_record
+from aoicell.benchmark.trial import Session, TrialResult, draw_displacement
+from aoicell.correction import Correction
+from aoicell.errors import Refused, Why
+from aoicell.online import look, relocate
+from aoicell.scenario import Displacement
+from aoicell.scenario.model import ShiftRange, TurnRange
+from aoicell.sim.adversity import CAUSES, Cause, draw_adversity, injected
+from aoicell.sim.drawing import stream
+from aoicell.transforms import SE3, angle_of
+
+OUT_OF_RANGE = Displacement(
+    shift_mm=ShiftRange(min=60, max=200), turn_deg=TurnRange(min=-180, max=180)
+)
+
+_HIDDEN: frozenset[Why] = frozenset(
+    {"marker_not_found", "reference_not_found", "reference_unclear", "inconsistent"}
+)
+# Which refusals speak of what really went wrong. That the bound is above the tolerance is true
+# whenever it is said, whatever made it so: a marker less in view, or the cell's own calibration.
+ACCEPTABLE: Mapping[Cause, frozenset[Why]] = MappingProxyType(
+    {
+        cause: kinds | {"bound_above_tolerance"}
+        for cause, kinds in {
+            "none": frozenset[Why](),
+            "occlusion": _HIDDEN,
+            "glare": _HIDDEN,
+            "blur": _HIDDEN,
+            "wrong_marker": frozenset[Why]({"marker_not_found", "inconsistent", "ambiguous"}),
+            "second_board": frozenset[Why]({"marker_not_found", "inconsistent", "ambiguous"}),
+            "moved_camera": frozenset[Why]({"contradicted"}),
+            "stale_calibration": frozenset[Why]({"contradicted"}),
+            "out_of_range": frozenset[Why](
+                {"marker_not_found", "too_far", "ambiguous", "unreachable"}
+            ),
+        }.items()
+    }
+)
+
+
+def injected_cause(session: Session, trial: int) -> Cause:
+    """What goes wrong in a trial: the causes take turns, from a drawn one on in each world."""
+    causes = [cause for cause in CAUSES if cause in session.scenario.inject] or ["none"]
+    scenario, world = session.scenario, session.world.as_built.world
+    first = int(stream(scenario.seed, world, -1, "first_cause").integers(len(causes)))
+    return causes[(first + trial) % len(causes)]
+
+
+def run_localisation_trial(session: Session, trial: int) -> list[TrialResult]:
+    """Move the board, make something go wrong, let each method correct; score from truth.
+
+    `trial` counts within the world; its draws do not depend on any other.
+    """
+    world, scenario, cause = session.world, session.scenario, injected_cause(session, trial)
+    if cause == "out_of_range":
+        scenario = scenario.model_copy(update={"displacement": OUT_OF_RANGE})
+    motion = draw_displacement(scenario, world, session.T_base_board_taught, trial)
+    world.place_board(motion * session.T_base_board_taught)
+    rng = stream(scenario.seed, world.as_built.world, trial, "adversity")
+    try:
+        with injected(world, draw_adversity(cause, world, rng)):
+            return [_attempt(session, trial, name, motion, cause) for name in session.methods]
+    finally:
+        world.place_board(session.T_base_board_taught)
+
+
+def _attempt(session: Session, trial: int, name: str, motion: SE3, cause: Cause) -> TrialResult:
+    world, online = session.world, session.online(name)
+    world.begin(trial)
+    outcome: Outcome = "corrected"
+    reason, why, views = "", "", []
+    correction, seconds = None, None
+    try:
+        looked = look(session.cell, online)
+        start = time.perf_counter()
+        correction = relocate(looked, online)
+        seconds = time.perf_counter() - start
+        views = _scores(session, name, correction)
+    except Refused as refusal:
+        outcome, reason, why = "refused", str(refusal), refusal.cause
+    except Exception as defect:  # a defect costs its own trial, not the run
+        outcome, reason = "failed", f"{type(defect).__name__}: {defect}"
+    T_taught, index = session.T_base_board_taught, world.as_built.world
+    centre = (T_taught * world.geometry.Ts_board_marker[session.nominal.positioning.id]).translation
+    record = TrialRecord(
+        case=0, number=index * session.scenario.trials_per_world + trial, world=index,
+        trial=trial, method=name, outcome=outcome, reason=reason,
+        displacement_mm=float(np.linalg.norm(motion.act(centre) - centre)) * 1e3,
+        turn_deg=float(np.degrees(angle_of(motion))),
+        measured_shift_mm=None if correction is None else correction.shift_mm,
+        correction_seconds=seconds,
+        T_base_board_taught=T_taught.homogeneous.tolist(),
+        T_base_board_now=world.T_base_board.homogeneous.tolist(),
+        views=views, cause=why, injected=cause,
+    )  # fmt: skip
+    return TrialResult(record, {})
+
+
+def _scores(session: Session, name: str, correction: Correction) -> list[ViewRecord]:
+    """The corrected views as the arm reaches them."""
+    world, scores = session.world, []
+    standards = {view.id: view.standard for view in session.templates[name].views}
+    for view in correction.views:
+        world.arrive(view.q)
+        before = world.truth_of(standards[view.id])
+        scores.append(residual_record(world, view.id, before, world.truth(), view.bound))
+    return scores
