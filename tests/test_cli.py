@@ -59,16 +59,39 @@ def test_a_bad_scenario_is_one_line_without_a_traceback(tmp_path: Path) -> None:
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.parametrize("backend", ["disable", "glfw"])  # glfw wants a display
-def test_without_opengl_a_run_says_what_to_install(tmp_path: Path, backend: str) -> None:
+NO_DISPLAY = {"DISPLAY": "", "WAYLAND_DISPLAY": ""}
+
+
+def test_without_opengl_a_run_says_what_to_install(tmp_path: Path) -> None:
     done = shell(
         "run", "two_tests", "--profile", "ideal", "--out", str(tmp_path),
-        MUJOCO_GL=backend, DISPLAY="", WAYLAND_DISPLAY="",
+        MUJOCO_GL="disable", **NO_DISPLAY,
     )  # fmt: skip
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     (line,) = done.stderr.strip().splitlines()
     assert line.startswith("aoicell: no OpenGL to render with")
+    assert "apt-get install libegl1" in line
+
+
+PROGRAM = """
+from aoicell.errors import RenderingUnavailable
+from aoicell.sim.backend import opengl_description
+try:
+    opengl_description()
+except RenderingUnavailable as error:
+    print(error)
+"""
+
+
+def test_glfw_without_a_display_is_no_opengl() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env={**os.environ, "MUJOCO_GL": "glfw", **NO_DISPLAY},
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    (line,) = done.stdout.strip().splitlines()
+    assert line.startswith("no OpenGL to render with (glfw needs a display")
     assert "apt-get install libegl1" in line
 
 
@@ -235,7 +258,7 @@ def test_the_demo_prints_the_summary_and_nothing_else(demo: Run) -> None:
     }  # fmt: skip
     assert summary["schema"] == 1
     assert (summary["scenario"], summary["profile"]) == ("two_tests", "paper")
-    assert list(summary["methods"]) == ["paper", "aoicell"]
+    assert list(summary["methods"]) == ["paper", "aoicell_one_look", "aoicell"]
     for method in summary["methods"].values():
         assert {*STATISTICS, *COUNTS, "compensation"} <= set(method)
         assert (method["trials"], method["corrected"]) == (2, 2)
@@ -244,7 +267,7 @@ def test_the_demo_prints_the_summary_and_nothing_else(demo: Run) -> None:
         assert 0 < method["compensation"] < 1
     assert summary["methods"]["aoicell"]["compensation"] > 0.99
     # one small marker, an uncalibrated arm: the paper's way is wrong here and does not know it
-    assert [method["silent_wrong"] for method in summary["methods"].values()] == [2, 0]
+    assert [method["silent_wrong"] for method in summary["methods"].values()] == [2, 0, 0]
     assert summary["trials_per_second"] > 0
     assert 0 < summary["render_seconds_share"] < 1
     assert summary["arm_floor_mm"] > 0
@@ -255,15 +278,15 @@ def test_the_demo_leaves_a_run_directory(demo: Run) -> None:
     assert store.read_json("summary.json") == demo.summary
     assert store.scenario().name == "two_tests"
     assert [(t.trial, t.method) for t in store.trials()] == [
-        (0, "aoicell"), (0, "paper"), (1, "aoicell"), (1, "paper"),
+        (trial, method) for trial in (0, 1) for method in ("aoicell", "aoicell_one_look", "paper")
     ]  # fmt: skip
     shifts = [t.displacement_mm for t in store.trials() if t.method == "paper"]
     assert shifts == [pytest.approx(49.1), pytest.approx(50.6)]
     assert {path.name for path in demo.folder.iterdir()} >= {
         "scenario.toml", "trials.sqlite", "summary.json", "environment.json", "images",
     }  # fmt: skip
-    # 4 standard images, then 4 views in 2 tests by 2 methods
-    assert len(list(store.images.iterdir())) == 4 + 16
+    # 4 standard images, then 4 views in 2 tests by 3 methods
+    assert len(list(store.images.iterdir())) == 4 + 24
     assert json.loads((demo.folder / "environment.json").read_text())["seed"] == 0
     assert str(demo.folder) in demo.stderr.replace("\n", "")
 

@@ -12,7 +12,6 @@ from aoicell.correction import (
     motion_by_equations,
     motion_by_poses,
 )
-from aoicell.errors import Unreachable
 from aoicell.nominal import Nominal
 from aoicell.observation import Observation, RobotState
 from aoicell.pipeline import flange_target
@@ -183,9 +182,7 @@ def test_a_view_out_of_reach_is_named_with_the_nearest(
     assert (nearest <= nominal.arm.upper).all()
 
 
-def test_the_others_go_on_without_a_view_out_of_reach(
-    nominal: Nominal, template: Template
-) -> None:
+def test_the_others_go_on_without_a_view_out_of_reach(nominal: Nominal, template: Template) -> None:
     """The farther the board goes, the fewer views are left."""
     left = [
         len(corrected_views(template, translation(y=y / 100), nominal.arm)[0])
@@ -199,8 +196,6 @@ def test_the_others_go_on_without_a_view_out_of_reach(
 def test_a_nearly_singular_view_counts_as_out_of_reach(
     nominal: Nominal, template: Template
 ) -> None:
-    _, unreached = corrected_views(
-        template, SE3.Identity(), nominal.arm, min_singularity_margin=10
-    )
+    _, unreached = corrected_views(template, SE3.Identity(), nominal.arm, min_singularity_margin=10)
     assert all("nearly singular" in view.reason for view in unreached)
     assert len(unreached) == len(template.views)

@@ -8,7 +8,7 @@ import pytest
 
 from aoicell.calibration.cell_model import CellModel
 from aoicell.camera import Camera
-from aoicell.first_look import Drift, Look, Reference, Sliding, expected_leftover
+from aoicell.first_look import Drift, Look, Reference, Sliding, expected_leftover, rigidity
 from aoicell.leftover import Leftover, bound_of, motion_of, rms_of
 from aoicell.nominal import Nominal
 from aoicell.pipeline import flange_target
@@ -126,9 +126,10 @@ def play(
         found = solve_pose(points, cell.pixels(points, T, now), model.camera).T_camera_target
         return Look(q_look, points, found, SIGMA_PX)
 
-    def reference() -> Reference:
+    def reference(distance: float) -> Reference:
         board, T_board = nominal.tabletarget, nominal.T_base_tabletarget
-        q = flange_target(nominal, T_board, nominal.hand_eye_start, nominal.q_home)
+        start = replace(nominal.hand_eye_start, distance=distance)
+        q = flange_target(nominal, T_board, start, nominal.q_home)
         uvs = [
             cell.pixels(board.corners, cell.T_base_camera(q, now).actInv(T_board), now)
             for now in (False, True)
@@ -141,7 +142,7 @@ def play(
     motion = C * now.T_camera_board * (C * taught.T_camera_board).inverse()
     qs = [model.arm.ik(motion * model.arm.fk(q), q) for q in q_views]
     leftover, probability = expected_leftover(
-        model, taught, now, q_views, qs, DRIFT, reference(), sliding
+        model, taught, now, q_views, qs, DRIFT, [reference(1.15), reference(0.5)], sliding
     )
     return Story(
         leftover, probability, cell, qs,
@@ -222,6 +223,28 @@ def test_a_knocked_camera_contradicts_the_reference(
         turn = np.zeros(6)
         turn[3 + axis] = np.radians(deg)
         assert play(model, nominal, axis, from_twist(turn)).probability < 1e-6
+
+
+@pytest.mark.parametrize("mm", [0.4, -1.0])
+def test_a_camera_that_was_moved_along_its_axis_is_not_taken_for_a_lens_that_drifted(
+    model: CellModel, nominal: Nominal, mm: float
+) -> None:
+    knock = from_twist(np.array([0, 0, mm / 1e3, 0, 0, 0]))
+    assert max(play(model, nominal, seed, knock).probability for seed in range(4)) < 1e-2
+
+
+def test_a_reference_that_something_lies_on_moves_unlike_a_whole(
+    model: CellModel, nominal: Nominal, rng: np.random.Generator
+) -> None:
+    board, T = nominal.tabletarget, nominal.hand_eye_start.T_target_camera.inverse()
+    points = apply(T, board.corners)
+    J, _ = model.pixel_derivatives(points)
+    moved = (J @ [1e-4, -2e-4, 3e-4, 1e-4, 2e-4, -3e-4]).reshape(-1, 2)
+    moved += SIGMA_PX * np.sqrt(2) * rng.standard_normal(moved.shape)
+    q = nominal.q_home
+    assert rigidity(model, Reference(q, points, moved, SIGMA_PX)) > 1e-3
+    moved[5] += 0.5
+    assert rigidity(model, Reference(q, points, moved, SIGMA_PX)) < 1e-6
 
 
 SLID = from_xyz_rpy([0.03, -0.02, 0.0], [0.0, 0.0, 0.2])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.layouts import detections
 
-from aoicell.errors import TargetNotFound
+from aoicell.errors import Refused, TargetNotFound
 from aoicell.localization import LocalizationConfig, localize
 from aoicell.nominal import Nominal
 from aoicell.observation import Observation, RobotState
@@ -63,7 +63,7 @@ def test_two_of_four_are_too_few(nominal: Nominal) -> None:
 def test_the_layouts_config_is_passed_on(nominal: Nominal) -> None:
     template, seen, _ = four(nominal)
     config = LocalizationConfig(layout=LayoutConfig(max_turn_deg=5))
-    with pytest.raises(TargetNotFound, match="markers found"):
+    with pytest.raises(Refused, match="at most 5 deg is accepted"):
         localize(template.look, seen, template, nominal.cameras["hand"], config)
 
 

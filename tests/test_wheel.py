@@ -80,16 +80,15 @@ def test_the_source_archive_holds_what_the_wheel_is_built_from(built: Path) -> N
     assert data_files() | {"pyproject.toml", "LICENSE", "README.md", "requirements.lock"} <= names
 
 
-def test_the_installed_package_finds_its_own_data(installed: Path, tmp_path: Path) -> None:
-    program = "from aoicell import resources; print(resources.data_root())"
+def test_the_installed_package_has_its_version_and_its_own_data(
+    installed: Path, tmp_path: Path
+) -> None:
+    program = "import aoicell, aoicell.resources as r; print(aoicell.__version__, r.data_root())"
     printed = run(sys.executable, "-c", program, folder=tmp_path, PYTHONPATH=str(installed))
-    root = Path(printed.strip())
-    assert root == installed / "aoicell" / "_data"
-    assert all(any((root / kind).iterdir()) for kind in KINDS)
-
-
-def test_the_installed_command_says_its_version(installed: Path, tmp_path: Path) -> None:
-    assert aoicell(installed, tmp_path, "--version") == f"{VERSION}\n"
+    version, _, root = printed.strip().partition(" ")
+    assert version == VERSION
+    assert Path(root) == installed / "aoicell" / "_data"
+    assert all(any((Path(root) / kind).iterdir()) for kind in KINDS)
 
 
 def test_the_installed_command_runs_a_trial_in_an_empty_folder(

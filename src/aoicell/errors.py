@@ -19,7 +19,6 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any, Literal
 
-
 Why = Literal[
     "unspecified",
     "target_not_found",  # a calibration board, a marker when the board is taught

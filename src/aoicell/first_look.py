@@ -25,12 +25,29 @@ from aoicell.transforms import SE3, Array, apply
 class Look:
     """A picture that located the board: the joint angles q (rad), the points (N, 3) that it shows
     in the board's frame, where it found the board, and the pixel noise of the points.
+
+    `covariance` (6, 6) of the pose, as `TargetPose` has it, stands in for that noise.
     """
 
     q: Array
     points: Array
     T_camera_board: SE3
     sigma_px: float
+    covariance: Array | None = None
+
+    def of_pixels(self, by_twist: Array) -> Array:
+        """Covariance (6, 6) of the board's twist in the camera's axes, by the pixels alone.
+
+        `by_twist` (2N, 6): how the pixels move with it.
+        """
+        if self.covariance is None:
+            return np.asarray(np.linalg.pinv(by_twist.T @ by_twist) * self.sigma_px**2)
+        # from a turn about the board's origin and a shift to a twist about the camera's
+        x, y, z = self.T_camera_board.translation
+        M = np.zeros((6, 6))
+        M[:3, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+        M[:3, 3:] = M[3:, :3] = np.eye(3)
+        return np.asarray(M @ self.covariance @ M.T)
 
 
 @dataclass(frozen=True)
@@ -84,17 +101,17 @@ def expected_leftover(
     taught_qs: Sequence[Array],
     corrected_qs: Sequence[Array],
     drift: Drift,
-    reference: Reference | None = None,
+    references: Sequence[Reference] = (),
     sliding: Sliding | None = None,
 ) -> tuple[Leftover, float]:
     """The belief about the views that a correction by two looks leads to.
 
-    Comes with the probability that the reference moves as far as it did (1 without one): what
-    it shows of the camera's drift is part of the belief, and so is that the board has slid on
+    Comes with the probability that the references move as far as they did (1 without): what
+    they show of the camera's drift is part of the belief, and so is that the board has slid on
     its table, where the looks say so themselves.
     """
     unknown = _Unknown(model, taught, now, drift)
-    probability = unknown.see(reference) if reference is not None else 1.0
+    probability = unknown.see(references) if references else 1.0
     C_LS, C_LN = model.T_base_camera(taught.q), model.T_base_camera(now.q)
     by_taught, by_now = unknown.of_look(taught, 0), unknown.of_look(now, 1)
     if sliding is not None:
@@ -132,8 +149,7 @@ class _Unknown:
         self.covariance[size + 12 :, size + 12 :] = drift.covariance
         for where, look in zip(self.looks, (taught, now), strict=True):
             J, _ = model.pixel_derivatives(apply(look.T_camera_board, look.points))
-            pixels = np.linalg.pinv(J.T @ J) * look.sigma_px**2
-            self.covariance[where, where] = model.arrival_covariance(look.q) + pixels
+            self.covariance[where, where] = model.arrival_covariance(look.q) + look.of_pixels(J)
 
     def of_look(self, look: Look, which: int) -> Array:
         """The twist of the board in the camera's axes that a look has wrong, (6, unknowns)."""
@@ -147,21 +163,29 @@ class _Unknown:
             row[:, self.focal] = -inverse @ _by_focal(self._model, K)
         return row
 
-    def see(self, reference: Reference) -> float:
-        """Take in what a fixed target shows; the probability that it moves that far as a whole.
+    def see(self, references: Sequence[Reference]) -> float:
+        """Take in what a fixed target shows from one or more poses; the probability that it
+        moves that far as a whole, or grows.
 
         What its points do one by one would only hide a small motion of all.
         """
-        J, K = self._model.pixel_derivatives(reference.points)
-        H, z = np.zeros((len(J), len(self.mean))), reference.moved_px.ravel()
-        H[:, self.mount], H[:, self.focal] = -J, _by_focal(self._model, K)
-        noise = 2 * reference.sigma_px**2 * np.eye(len(J))
-        noise += 2 * J @ self._model.arrival_covariance(reference.q) @ J.T
+        model = self._model
+        parts = [model.pixel_derivatives(reference.points) for reference in references]
+        A = np.vstack([np.column_stack([-J, _by_focal(model, K)]) for J, K in parts])
+        z = np.concatenate([reference.moved_px.ravel() for reference in references])
+        H = np.zeros((len(A), len(self.mean)))
+        H[:, self.mount], H[:, self.focal] = A[:, :6], A[:, 6]
+        noise = block_diag(
+            *(
+                2 * r.sigma_px**2 * np.eye(len(J)) + 2 * J @ model.arrival_covariance(r.q) @ J.T
+                for r, (J, _) in zip(references, parts, strict=True)
+            )
+        )
         S = H @ self.covariance @ H.T + noise
-        whole = J.T @ np.linalg.solve(S, np.column_stack([z, J]))
+        whole = A.T @ np.linalg.solve(S, np.column_stack([z, A]))
         distance = float(whole[:, 0] @ np.linalg.solve(whole[:, 1:], whole[:, 0]))
         self.observe(H, z, noise)
-        return float(chi2.sf(distance, J.shape[1]))
+        return float(chi2.sf(distance, A.shape[1]))
 
     def observe(self, H: Array, z: Array, R: Array) -> float:
         """Take in z = H u + noise of covariance R; the probability of a z that far off."""

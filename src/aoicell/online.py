@@ -20,6 +20,7 @@ from aoicell.first_look import (
     rigidity,
 )
 from aoicell.leftover import Leftover, motion_of, rms_of
+from aoicell.markerless import LocatedTexture
 from aoicell.nominal import Nominal
 from aoicell.observation import Cell, Observation, capture_at
 from aoicell.pipeline import Calibration, Method
@@ -38,12 +39,14 @@ class OnlineConfig:
 
     A correction whose 99.9 % bound exceeds `tolerance_mm` is refused, and so is one that rests
     on pictures which contradict the calibration: as far from it as `contradiction` says in the
-    mean of so many runs. `drift` is what the camera may do unseen since the board was taught,
-    `sliding` how flat a board may be taken to have slid (None: never).
+    mean of so many runs, and `unmoved` for where the reference stands. `drift` is what the camera
+    may do unseen since the board was taught, `sliding` how flat a board may be taken to have slid
+    (None: never).
     """
 
     tolerance_mm: float = np.inf
-    contradiction: float = 1e-4
+    contradiction: float = 1e-6
+    unmoved: float = 1e-2
     drift: Drift = field(default_factory=Drift)
     sliding: Sliding | None = field(default_factory=Sliding)
 
@@ -69,7 +72,7 @@ class Looked:
     """The pictures that locate: the board from its look-out pose, and what never moves."""
 
     board: Observation
-    reference: Observation | None = None
+    references: tuple[Observation, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,10 +86,9 @@ class Visited:
 def look(cell: Cell, online: Online) -> Looked:
     """The board from the pose where it was taught, then the fixed reference, if there is one."""
     template = online.template
-    qs = [template.look.state.q]
-    if template.reference is not None:
-        qs.append(template.reference.state.q)
-    return Looked(*capture_at(cell, qs))
+    poses = [template.look, *template.references]
+    board, *references = capture_at(cell, [observation.state.q for observation in poses])
+    return Looked(board, tuple(references))
 
 
 def relocate(looked: Looked, online: Online) -> Correction:
@@ -143,15 +145,14 @@ def _assessed(correction: Correction, looked: Looked, online: Online) -> Correct
     views = {view.id: view for view in template.views}
     leftover, probability = expected_leftover(
         model,
-        _look(template.look, template.taught, template),
-        _look(looked.board, correction.located, template),
+        *_looks(looked, correction.located, template),
         [views[view.id].standard.state.q for view in correction.views],
         [view.q for view in correction.views],
         config.drift,
-        _reference(looked, online),
+        _references(looked, online),
         config.sliding,
     )
-    if probability < config.contradiction:
+    if probability < config.unmoved:
         raise Refused(
             "calibration: the fixed chessboard no longer stands where the camera saw it when the "
             f"board was taught (probability {probability:.0e}); camera, mount or chessboard have "
@@ -161,21 +162,39 @@ def _assessed(correction: Correction, looked: Looked, online: Online) -> Correct
     return _settled(correction, leftover, online)
 
 
+def _looks(looked: Looked, located: LocatedLayout, template: Template) -> tuple[Look, Look]:
+    """The board as taught and now, by the same kind of points."""
+    if not isinstance(located, LocatedTexture):
+        taught = _look(template.look, template.taught, template)
+        return taught, _look(looked.board, located, template)
+    # the texture's points are as the taught picture has them: its own error is in them
+    T_taught, points = template.taught.T_camera_target, located.points
+    return (
+        Look(template.look.state.q, points, T_taught, 0.0),
+        Look(
+            looked.board.state.q, points, located.T_camera_target, 0.0, located.pose.covariance
+        ),
+    )  # fmt: skip
+
+
 def _look(observation: Observation, located: LocatedLayout, template: Template) -> Look:
     points = np.concatenate([template.layout[id] for id in located.uvs_px])
     sigma_px = max(template.sigma_px, located.noise_px)  # a poor picture says so itself
     return Look(observation.state.q, points, located.T_camera_target, sigma_px)
 
 
-def _reference(looked: Looked, online: Online) -> Reference | None:
-    taught = online.template.reference
-    if taught is None or looked.reference is None:
-        return None
+def _references(looked: Looked, online: Online) -> list[Reference]:
+    """The fixed chessboard as taught and now, from each pose; Raises Refused."""
+    pairs = zip(online.template.references, looked.references, strict=False)
+    return [_reference(taught, now, online) for taught, now in pairs]
+
+
+def _reference(taught: Observation, now: Observation, online: Online) -> Reference:
     board, model = online.nominal.tabletarget, online.calibration.model
     assert model is not None  # without one nobody asks
     before = online.detector.chessboard(taught, board, "reference as taught")
     try:
-        after = online.detector.chessboard(looked.reference, board, "reference")
+        after = online.detector.chessboard(now, board, "reference")
     except TargetNotFound as error:
         raise TargetNotFound(str(error), "reference_not_found") from None
     readings = (after, half_turn(after))

@@ -16,6 +16,7 @@ from aoicell.calibration.poses import INTRINSIC_VIEWS, SETUP_MOTIONS, TABLE_2
 from aoicell.calibration.world import TripodView, WorldSetup, set_up_world
 from aoicell.errors import TargetNotFound
 from aoicell.localization import Localizer, localize
+from aoicell.markerless import locate_by_texture
 from aoicell.nominal import Nominal, View
 from aoicell.observation import Cell, Observation, RobotState, capture_at
 from aoicell.registration import (
@@ -63,6 +64,9 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         "paper": Method("paper", all_views=False, all_markers=False, by_equations=True),
         "aoicell_one_look": Method("aoicell_one_look", True, True, by_equations=False),
         "aoicell": Method("aoicell", True, True, by_equations=False, looks=3),
+        "markerless": Method(
+            "markerless", True, True, by_equations=False, localize=locate_by_texture
+        ),
     }
 )
 
@@ -109,13 +113,13 @@ class Calibration:
 class TaughtPictures:
     """Pictures of the taught board: from P_check, from above, and the standard images.
 
-    `reference` shows chessboard 2, which stays where it is.
+    `references` show chessboard 2, which stays where it is, from two distances.
     """
 
     check: Observation
     overview: Observation
     views: tuple[TaughtView, ...]
-    reference: Observation
+    references: tuple[Observation, ...]
 
 
 # -- Moving and taking pictures -------------------------------------------------------------
@@ -159,14 +163,20 @@ def photograph_board(cell: Cell, nominal: Nominal) -> TaughtPictures:
     q_views = [
         flange_target(nominal, T_base_board, view, q_check) for view in nominal.inspection_views
     ]
-    q_reference = flange_target(nominal, nominal.T_base_tabletarget, nominal.hand_eye_start, q_home)
-    qs = [q_check, q_overview, *q_views, q_reference]
-    check, overview, *standards, reference = capture_at(cell, qs)
+    # from as far off as the board is looked at, and nearer: a lens that drifted changes both
+    # pictures alike, a camera that was moved does not
+    distances = (nominal.overview.distance, nominal.hand_eye_start.distance)
+    starts = [replace(nominal.hand_eye_start, distance=distance) for distance in distances]
+    q_references = [
+        flange_target(nominal, nominal.T_base_tabletarget, start, q_home) for start in starts
+    ]
+    qs = [q_check, q_overview, *q_references, *q_views]
+    check, overview, far, near, *standards = capture_at(cell, qs)
     views = [
         TaughtView(view.id, standard)
         for view, standard in zip(nominal.inspection_views, standards, strict=True)
     ]
-    return TaughtPictures(check, overview, tuple(views), reference)
+    return TaughtPictures(check, overview, tuple(views), (far, near))
 
 
 # -- Estimating -------------------------------------------------------------------------------
@@ -289,5 +299,5 @@ def teach(
     )
     return register(
         overview, detections[1], pictures.views, layout, camera, Ts_camera_board[1], sigma_px,
-        pictures.reference,
+        pictures.references, nominal.board,
     )  # fmt: skip

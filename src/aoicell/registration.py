@@ -33,7 +33,8 @@ class Template:
 
     `look` is the observation that located the taught board from the check or overview pose;
     `taught` its result: T_S of the paper when the layout is the one positioning marker.
-    `sigma_px` is the noise of a cross centre; `reference` a picture of something that stays.
+    `sigma_px` is the noise of a cross centre; `references` pictures of something that stays,
+    `board` the design for whoever looks for more than markers.
     """
 
     layout: Layout
@@ -41,7 +42,8 @@ class Template:
     taught: LocatedLayout
     views: tuple[TaughtView, ...]
     sigma_px: float = 0.05
-    reference: Observation | None = None
+    references: tuple[Observation, ...] = ()
+    board: BoardDesign | None = None
 
 
 def register(
@@ -52,14 +54,15 @@ def register(
     camera: Camera,
     T_camera_expected: SE3,
     sigma_px: float = 0.05,
-    reference: Observation | None = None,
+    references: tuple[Observation, ...] = (),
+    board: BoardDesign | None = None,
 ) -> Template:
     """Locate the taught board by the detections in `look` and keep it with the taught views.
 
     Raises TargetNotFound when a marker of the layout is not in the picture.
     """
     taught = locate_layout(detections, layout, camera, T_camera_expected)
-    return Template(layout, look, taught, tuple(views), sigma_px, reference)
+    return Template(layout, look, taught, tuple(views), sigma_px, references, board)
 
 
 def component_points(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> Array:

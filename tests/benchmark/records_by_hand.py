@@ -18,7 +18,7 @@ from aoicell.benchmark.store import RunStore
 from aoicell.scenario import Scenario
 
 EYE = np.eye(4).tolist()
-SCENARIO = Scenario(name="s", seed=3)
+SCENARIO = Scenario(name="s", seed=3, methods=["paper", "aoicell"])
 
 
 def marker(px: float | None = 2.0, id: str = "M2") -> MarkerRecord:

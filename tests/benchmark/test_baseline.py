@@ -13,7 +13,9 @@ from aoicell.errors import InputError
 from aoicell.resources import data_root
 from aoicell.scenario import Scenario, load_scenario
 
-SCENARIO = Scenario(name="s", title="Ünïcode", worlds=20, trials_per_world=5, seed=7)
+SCENARIO = Scenario(
+    name="s", title="Ünïcode", worlds=20, trials_per_world=5, seed=7, methods=["paper", "aoicell"]
+)
 SHIPPED = sorted((data_root() / "scenarios" / "baselines").glob("*.json"))
 
 

@@ -13,8 +13,9 @@ from aoicell.benchmark.snapshot import Snapshot
 from aoicell.errors import InputError, Refused
 from aoicell.scenario import Scenario
 
-TEN = Scenario(name="ten", worlds=10, trials_per_world=5, pictures=False)
-ONE = Scenario(name="one", worlds=1, trials_per_world=20, pictures=False)
+BOTH = ["paper", "aoicell"]
+TEN = Scenario(name="ten", worlds=10, trials_per_world=5, methods=BOTH, pictures=False)
+ONE = Scenario(name="one", worlds=1, trials_per_world=20, methods=BOTH, pictures=False)
 BASELINE, ONE_BASELINE = noisy(TEN, where="b.json"), noisy(ONE, where="b.json")
 
 

@@ -12,7 +12,9 @@ import aoicell.cli.check  # noqa: F401 - adds the command
 from aoicell.benchmark.baseline import read_baseline, write_baseline
 from aoicell.scenario import Scenario
 
-SCENARIO = Scenario(name="ten", worlds=10, trials_per_world=5, pictures=False)
+SCENARIO = Scenario(
+    name="ten", worlds=10, trials_per_world=5, methods=["paper", "aoicell"], pictures=False
+)
 
 
 @pytest.fixture

@@ -18,10 +18,10 @@ from aoicell.scenario import Scenario
 
 MM = 0.05
 BY_ONE_LOOK = ["paper", "aoicell_one_look"]  # a second look takes such a bias out again
-FIFTY = Scenario(
-    name="fifty", worlds=10, trials_per_world=5, methods=BY_ONE_LOOK, pictures=False
+FIFTY = Scenario(name="fifty", worlds=10, trials_per_world=5, methods=BY_ONE_LOOK, pictures=False)
+FEW = Scenario(
+    name="few", worlds=1, trials_per_world=6, methods=["aoicell_one_look"], pictures=False
 )
-FEW = Scenario(name="few", worlds=1, trials_per_world=6, methods=["aoicell_one_look"], pictures=False)
 
 
 def planted(

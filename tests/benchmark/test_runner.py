@@ -31,9 +31,10 @@ Results = tuple[list[dict[str, Any]], list[dict[str, Any]], dict[str, Any]]
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The cheap scenario on one worker, uninterrupted."""
+    """The cheap scenario on one worker, uninterrupted, in a process that has done other things."""
     folder = tmp_path_factory.mktemp("alone") / "run"
-    run_scenario(CHEAP, folder, workers=1)
+    with workers_in_this_process():
+        run_scenario(CHEAP, folder)
     return folder
 
 

@@ -15,7 +15,7 @@ from aoicell.scenario import Scenario
 
 from .records_by_hand import refused, stored, trial, view
 
-SCENARIO = Scenario(name="s", worlds=3, trials_per_world=2)
+SCENARIO = Scenario(name="s", worlds=3, trials_per_world=2, methods=["paper", "aoicell"])
 
 
 def records(scenario: Scenario = SCENARIO) -> list[TrialRecord]:

@@ -14,7 +14,9 @@ from aoicell.scenario import Scenario
 
 from .records_by_hand import refused, stored, trial, view, world
 
-SCENARIO = Scenario(name="x", title="Ünïcode", seed=3, knobs={"k1": -0.1})
+SCENARIO = Scenario(
+    name="x", title="Ünïcode", seed=3, knobs={"k1": -0.1}, methods=["paper", "aoicell"]
+)
 
 
 @pytest.fixture
@@ -125,12 +127,13 @@ def test_another_versions_tables_are_refused_to_readers_and_writers(store: RunSt
     assert store.count_trials() == 1
 
 
-def test_another_versions_columns_are_refused_to_writers(store: RunStore) -> None:
+def test_another_versions_columns_are_refused(store: RunStore) -> None:
     with sqlite3.connect(store.folder / "trials.sqlite") as connection:
         connection.execute("ALTER TABLE views DROP COLUMN deg")
     connection.close()
-    with pytest.raises(InputError, match=r"run: its table 'views' differs in deg, so another"):
-        add(store, trial())
+    for use in (store.refuse_other_versions, lambda: add(store, trial())):
+        with pytest.raises(InputError, match=r"run: its table 'views' differs in deg, so another"):
+            use()
     assert store.count_trials() == 0
 
 

@@ -69,7 +69,7 @@ def true_residuals(session: Session, trial: int, method: str) -> tuple[list[floa
     return mm, px
 
 
-@pytest.mark.parametrize("method", list(METHODS))
+@pytest.mark.parametrize("method", [name for name in METHODS if name != "markerless"])
 def test_an_exact_cell_is_corrected_exactly(ideal_session: Session, method: str) -> None:
     results = [true_residuals(ideal_session, trial, method) for trial in range(TRIALS)]
     mm, px = ([np.mean(values) for values in column] for column in zip(*results, strict=True))

@@ -84,7 +84,8 @@ def write(files: Files, folder: Path) -> Path:
     manifest = folder / "manifest.toml"
     manifest.write_text(
         f"mount = {says['mount']}\n[[target]]\nkind = 'chessboard'\ncolumns = {says['columns']}\n"
-        f"rows = {says['rows']}\nsquare_mm = {says['square_mm']}\n[views]\nimages = 'images/*.png'\n"
+        f"rows = {says['rows']}\nsquare_mm = {says['square_mm']}\n"
+        "[views]\nimages = 'images/*.png'\n"
         f"poses = 'poses.csv'\npose_format = {says['pose_format']}\n"
         f"pose_meaning = 'T_base_flange'\nlength_unit = {says['length_unit']}\n"
         f"pairing = {says['pairing']}\n[camera]\nintrinsics = 'camera.yaml'\nrefine = true\n"
@@ -177,7 +178,8 @@ def _size(files: Files, rng: np.random.Generator) -> None:
 
 
 def _counts(files: Files, rng: np.random.Generator) -> None:
-    columns, rows = [(5, 6), (6, 7), (7, 5), (8, 6), (6, 6)][int(rng.integers(5))]
+    # (6, 7) is the same board, turned: a right answer comes of it
+    columns, rows = [(5, 6), (9, 7), (7, 5), (8, 6), (6, 6)][int(rng.integers(5))]
     files.says["columns"], files.says["rows"] = columns, rows
 
 

@@ -107,8 +107,9 @@ def draw_recording(seed: int, conditions: Conditions = Conditions()) -> Recordin
     tilts = np.random.default_rng([seed, 4712]).standard_normal((6, 2))
     arm = nominal.arm.corrected(
         np.radians(c.joint_deg) * rng.standard_normal(6),
-        np.hstack([c.origin_mm / 1e3 * rng.standard_normal((6, 3)),
-                   np.radians(c.axis_deg) * tilts]),
+        np.hstack(
+            [c.origin_mm / 1e3 * rng.standard_normal((6, 3)), np.radians(c.axis_deg) * tilts]
+        ),
     )
     truth = Truth(arm, {}, {}, {}, {})
     eyes, fixtures = [], []

@@ -65,7 +65,8 @@ def whole_page(store: RunStore) -> Page:
 
 def finished(folder: Path, trials: list[TrialRecord], **changes: Any) -> RunStore:
     """A run directory that came to its end, with two worlds."""
-    scenario = Scenario(**{"name": "s", "seed": 3, "worlds": 2, "trials_per_world": 3, **changes})
+    values = {"name": "s", "seed": 3, "methods": [*METHODS], "worlds": 2, "trials_per_world": 3}
+    scenario = Scenario(**{**values, **changes})
     store = stored(folder, trials, [world(0, 0.03), world(1, 0.05)], scenario)
     store.write_json("summary.json", summarise(scenario, store, 2.5, 0.4))
     return store

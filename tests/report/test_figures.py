@@ -55,7 +55,13 @@ def trials_of(nominal: Nominal, count: int = 2) -> list[TrialRecord]:
 
 def run_directory(folder: Path, trials: list[TrialRecord], worlds: int = 1) -> RunStore:
     each = len({t.trial for t in trials})
-    shown = Scenario(name="s", worlds=worlds, trials_per_world=each, store=Store(images=True))
+    shown = Scenario(
+        name="s",
+        methods=["paper", "aoicell"],
+        worlds=worlds,
+        trials_per_world=each,
+        store=Store(images=True),
+    )
     store = stored(folder, trials, [world(index) for index in range(worlds)], shown)
     store.write_json("summary.json", summarise(shown, store, 1.0, 0.5))
     return store

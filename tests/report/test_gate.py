@@ -14,7 +14,7 @@ from aoicell.benchmark.gate import GateResult, check
 from aoicell.report.gate import gate_junit, gate_markdown, gate_table, headline
 from aoicell.scenario import Scenario
 
-SCENARIO = Scenario(name="ten_cells", worlds=10, trials_per_world=5)
+SCENARIO = Scenario(name="ten_cells", methods=["paper", "aoicell"], worlds=10, trials_per_world=5)
 BASELINE = noisy(SCENARIO, where="b.json")
 
 

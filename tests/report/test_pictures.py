@@ -54,7 +54,7 @@ def test_photographs_are_small_and_marks_keep_their_colours(tmp_path: Path) -> N
 
 
 def summary_of(folder: Path, trials: list[TrialRecord]) -> dict[str, Any]:
-    scenario = Scenario(name="s")
+    scenario = Scenario(name="s", methods=["paper", "aoicell"])
     return summarise(scenario, stored(folder, trials, [world()], scenario), 1.0, 0.5)
 
 

@@ -14,7 +14,7 @@ from aoicell.benchmark.summary import summarise
 from aoicell.report.tables import hand_eye_table, residual_table, summary_table
 from aoicell.scenario import Scenario
 
-SCENARIO = Scenario(name="s")
+SCENARIO = Scenario(name="s", methods=["paper", "aoicell"])
 
 
 def rendered(table: Table, width: int = 120) -> list[str]:

@@ -47,7 +47,10 @@ from scenario.written import NAME, complaint
         ),
         # wrong type
         ("profile = 3", "'profile' = 3: give one of 'ideal', 'typical', 'paper'"),
-        ("methods = [3]", "'methods.0' = 3: give one of 'paper', 'aoicell'"),
+        (
+            "methods = [3]",
+            "'methods.0' = 3: give one of 'paper', 'aoicell_one_look', 'aoicell', 'markerless'",
+        ),
         ('methods = "paper"', "'methods' = 'paper': give a list of at least one value"),
         ("cell = 3", "'cell' = 3: give a text"),
         ("seed = 1.5", "'seed' = 1.5: give an integer from 0 to 4294967295"),

@@ -38,7 +38,7 @@ def test_the_papers_two_tests() -> None:
     scenario = load_scenario(find("scenarios", "two_tests"))
     assert scenario.displacement.shift_mm == [49.1, 50.6]
     assert scenario.profile == "paper"
-    assert scenario.methods == ["paper", "aoicell"]
+    assert scenario.methods == ["paper", "aoicell_one_look", "aoicell"]
     assert scenario.trials == 2
     assert scenario.tolerances == PROFILES["paper"]
 

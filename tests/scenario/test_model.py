@@ -88,3 +88,9 @@ def test_the_schema_offers_what_is_legal() -> None:
     assert {*SOURCES, *Tolerances.model_fields} == set(listed["items"]["enum"])
     assert every["const"] == "each source"
     assert (keys["seed"]["minimum"], keys["seed"]["maximum"]) == (0, 2**32 - 1)
+
+
+@pytest.mark.parametrize("also", ["", "visit = false\npictures = false\n"])
+def test_what_goes_wrong_needs_pictures_and_no_visit(tmp_path: Path, also: str) -> None:
+    message = complaint(tmp_path, NAME + also + 'inject = ["glare"]')
+    assert message == "'inject' goes with visit = false and pictures = true"

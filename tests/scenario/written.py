@@ -20,7 +20,9 @@ seed = 7
 worlds = 3
 trials_per_world = 2
 methods = ["aoicell", "paper"]
-pictures = false
+pictures = true
+visit = false
+inject = ["none", "glare"]
 colour = true
 tolerance_mm = 2.5
 ablate = "each source"
@@ -36,6 +38,10 @@ tilt_deg = { min = -3, max = 3 }
 marker_mm = 0.25
 k1 = -0.2
 adc_bits = 12
+
+[marker]
+kind = "coded"
+pitch_mm = 30
 
 [store]
 images = true

@@ -6,7 +6,7 @@ from helpers.layouts import detections
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aoicell.errors import TargetNotFound
+from aoicell.errors import Refused, TargetNotFound
 from aoicell.nominal import Nominal
 from aoicell.registration import designed_layout
 from aoicell.targets.cross_marker import CrossMarker
@@ -143,8 +143,47 @@ def test_a_board_turned_beyond_the_bound_is_refused(
 ) -> None:
     T = expected(nominal) * from_rvec([0, 0, np.radians(turn_deg)], np.zeros(3))
     seen = detections(layout, nominal.cameras["hand"], T, np.random.default_rng(0))
-    with pytest.raises(TargetNotFound, match="of 4 markers found, 4 needed"):
+    with pytest.raises(
+        Refused, match=rf"turned by {abs(turn_deg)} deg .* at most 40 deg"
+    ) as caught:
         locate(nominal, layout, seen)
+    assert caught.value.cause == "too_far"
+
+
+@pytest.mark.parametrize(
+    ("moved", "told"),
+    [
+        (translation(0.16, 0, 0), "160 mm aside"),
+        (translation(0, 0, 0.04), "40 mm out of its plane"),
+        (from_rvec([np.radians(20), 0, 0], np.zeros(3)), "20 deg tilted"),
+    ],
+)
+def test_a_board_beyond_the_stated_range_is_refused(
+    nominal: Nominal, layout: Layout, rng: np.random.Generator, moved: SE3, told: str
+) -> None:
+    seen = detections(layout, nominal.cameras["hand"], expected(nominal) * moved, rng)
+    with pytest.raises(Refused, match=told) as caught:
+        locate(nominal, layout, seen)
+    assert caught.value.cause == "too_far"
+
+
+def test_a_second_board_within_the_range_makes_it_ambiguous(
+    nominal: Nominal, layout: Layout, rng: np.random.Generator
+) -> None:
+    camera, T = nominal.cameras["hand"], expected(nominal)
+    other = detections(layout, camera, T * translation(0.09, 0.05, 0), rng, without=["M1", "M2"])
+    with pytest.raises(Refused, match="in the picture twice") as caught:
+        locate(nominal, layout, [*detections(layout, camera, T, rng), *other])
+    assert caught.value.cause == "ambiguous"
+
+
+def test_a_second_board_beside_it_is_passed_over(
+    nominal: Nominal, layout: Layout, rng: np.random.Generator
+) -> None:
+    camera, T = nominal.cameras["hand"], expected(nominal)
+    other = detections(layout, camera, T * translation(0, 0.34, 0), rng)
+    located = locate(nominal, layout, [*other, *detections(layout, camera, T, rng)])
+    assert distance_mm(located.T_camera_target, T) < 1e-4
 
 
 @given(displacement=displacements, seed=seeds)
@@ -182,8 +221,53 @@ def test_a_marker_that_was_moved_by_5_mm_is_noticed(
 ) -> None:
     real = {**layout, moved: layout[moved] + [0.004, -0.003, 0]}
     seen = detections(real, nominal.cameras["hand"], expected(nominal), rng)
-    with pytest.raises(TargetNotFound, match=r"fit their layout only to [\d.]+ px, at most 2\.0"):
+    with pytest.raises(
+        Refused, match=r"fit their layout only to [\d.]+ px, at most 2\.0"
+    ) as caught:
         locate(nominal, layout, seen)
+    assert caught.value.cause == "inconsistent"
+
+
+@pytest.mark.parametrize("moved", IDS)
+@pytest.mark.parametrize("mm", [1.0, 7.0])
+def test_one_marker_that_the_others_contradict_is_left_out(
+    nominal: Nominal, layout: Layout, rng: np.random.Generator, moved: str, mm: float
+) -> None:
+    camera, T = nominal.cameras["hand"], expected(nominal)
+    real = {**layout, moved: layout[moved] + [mm * 0.6e-3, -mm * 0.8e-3, 0]}
+    seen = detections(real, camera, T, rng)
+    located = locate_layout(seen, layout, camera, T, needed=3, sigma_px=0.01)
+    assert located.left_out == (moved,)
+    assert set(located.uvs_px) == set(IDS) - {moved}
+    assert distance_mm(located.T_camera_target, T) < 1e-4
+
+
+@given(mm=st.floats(0, 12), direction=st.floats(0, 2 * np.pi), moved=st.sampled_from(IDS))
+def test_a_moved_marker_never_does_harm_unseen(
+    nominal: Nominal, layout: Layout, mm: float, direction: float, moved: str
+) -> None:
+    camera, T = nominal.cameras["hand"], expected(nominal)
+    step = [mm / 1e3 * np.cos(direction), mm / 1e3 * np.sin(direction), 0]
+    seen = detections({**layout, moved: layout[moved] + step}, camera, T, np.random.default_rng(0))
+    try:
+        located = locate_layout(seen, layout, camera, T, needed=3, sigma_px=0.01)
+    except Refused:
+        return
+    places = np.concatenate(list(layout.values()))
+    off = apply(located.T_camera_target, places) - apply(T, places)
+    assert np.linalg.norm(off[:, :2], axis=1).max() < 0.15e-3
+    assert np.abs(off[:, 2]).max() < 0.6e-3  # along the line of sight it is seen worst
+
+
+def test_where_none_may_be_left_out_it_is_refused(
+    nominal: Nominal, layout: Layout, rng: np.random.Generator
+) -> None:
+    camera, T = nominal.cameras["hand"], expected(nominal)
+    real = {**layout, "M2": layout["M2"] + [0.0005, 0, 0]}
+    seen = detections(real, camera, T, rng, without=["M4"])
+    with pytest.raises(Refused, match="check for moved or false markers") as caught:
+        locate_layout(seen, layout, camera, T, needed=3, sigma_px=0.01)
+    assert caught.value.cause == "inconsistent"
 
 
 def test_one_that_was_moved_further_is_named_as_missing(

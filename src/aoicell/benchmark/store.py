@@ -85,13 +85,7 @@ class RunStore:
 
         Raises InputError where another version's tables are in the way.
         """
-        for table, names in _names_by_table().items():
-            other = sorted({*self._kinds(table)} ^ {*names})
-            if other:
-                raise InputError(
-                    f"{self.folder}: its table '{table}' differs in {', '.join(other)}, so "
-                    "another version made it; run the scenario again"
-                )
+        self.refuse_other_versions()
         with closing(self._connect()) as connection:
             yield TrialWriter(connection)
 
@@ -118,6 +112,16 @@ class RunStore:
     def exists(self) -> bool:
         """Whether a run was begun here."""
         return self._database.is_file() and (self.folder / "scenario.toml").is_file()
+
+    def refuse_other_versions(self) -> None:
+        """Raises InputError where the tables are not as this version makes them."""
+        for table, names in _names_by_table().items():
+            other = sorted({*self._kinds(table)} ^ {*names})
+            if other:
+                raise InputError(
+                    f"{self.folder}: its table '{table}' differs in {', '.join(other)}, so "
+                    "another version made it; run the scenario again"
+                )
 
     def scenario(self) -> Scenario:
         """The resolved scenario of the run."""

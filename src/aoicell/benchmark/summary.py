@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aoicell.benchmark.records import WorldRecord
+from aoicell.benchmark.refusals import by_cause
 from aoicell.benchmark.store import Columns, RunStore
 from aoicell.benchmark.values import mean
 from aoicell.scenario import Scenario, cases_of
@@ -79,8 +80,17 @@ def summarise(
         "seed": scenario.seed,
         "profile": scenario.profile,
         **summarise_columns(scenario, store.columns("trials"), store.worlds()),
+        **({"injected": _injected(scenario, store)} if scenario.inject else {}),
         "trials_per_second": trials_per_second,
         "render_seconds_share": render_seconds_share,
+    }
+
+
+def _injected(scenario: Scenario, store: RunStore) -> dict[str, Any]:
+    """By method, what was made to go wrong and how that ended."""
+    return {
+        name: by_cause(store.trials("method = ?", name), scenario.tolerance_mm)
+        for name in scenario.methods
     }
 
 

@@ -201,12 +201,14 @@ def draw_displacement(
     rng = stream(scenario.seed, world.as_built.world, trial, "displacement")
     id = world.nominal.positioning.id
     T_base_marker = T_base_board_taught * world.geometry.Ts_board_marker[id]
-    return _motion_about(T_base_marker.translation, scenario.displacement, rng, trial)
+    return motion_about(T_base_marker.translation, scenario.displacement, rng, trial)
 
 
-def _motion_about(
+def motion_about(
     centre: np.ndarray, displacement: Displacement, rng: np.random.Generator, trial: int
 ) -> SE3:
+    """T_base_motion of a drawn displacement about a point (3,) in base."""
+
     def uniform(range_: Range) -> float:
         return float(rng.uniform(range_.min, range_.max))
 

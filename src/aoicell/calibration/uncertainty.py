@@ -22,6 +22,10 @@ from aoicell.transforms import Array
 # pose accuracy (ISO 9283) usually find.
 UNKNOWN_ARM = ArmPrior(joint_deg=0.1, origin_mm=0.6)
 _WRIST = 0.2  # its length over the arm's reach
+# Lengths, zero angles and axes of one arm are held by one factor on what was assumed of them,
+# while each kind may be off by its own, some 1.8 times up or down (60 %, lognormal). What the
+# recording tells of one kind is worth as much less for another: exp(0.6^2) in standard deviation.
+_OTHER_KIND = float(np.exp(0.6**2))
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,8 @@ def uncertainty_of(solution: Solution) -> Uncertainty:
 def _arm_std(solution: Solution) -> Array:
     """Standard deviations (P,) of poses from what the arm does alike in all views.
 
-    With joint terms: where the last link ends, which is not among them. Without: the joints
+    With joint terms: what their priors hold, less well than as if one factor held for all kinds,
+    and where the last link ends, which is not among them. Without: the joints
     between the base and the wrist turn the base about the arm, at the length of its reach; those
     of the wrist turn the flange, at a fifth of it.
     """
@@ -78,8 +83,10 @@ def _arm_std(solution: Solution) -> Array:
     reach = float(np.sqrt((places**2).sum(axis=1).mean()))
     if robot == "joint_terms":
         turn, origin = np.radians(DEFAULT_PRIOR.axis_deg), DEFAULT_PRIOR.origin_mm / 1e3
-        turns = {"base": 0.0, "flange": turn * noise.arm_factor}
-        lengths = {"base": 0.0, "flange": origin * noise.arm_factor}
+        factor = noise.arm_factor * _OTHER_KIND
+        turns = {"base": 0.0, "flange": turn * factor}
+        lengths = {"base": 0.0, "flange": origin * factor}
+        std = _held_by_priors(solution)
     else:
         turn, origin = np.radians(UNKNOWN_ARM.joint_deg), UNKNOWN_ARM.origin_mm / 1e3
         lengths = {
@@ -90,8 +97,20 @@ def _arm_std(solution: Solution) -> Array:
     for (kind, name), where in layout.blocks.items():
         if kind in ("eye", "fixture"):
             mount = (problem.eye if kind == "eye" else problem.fixture)(name).mount
-            std[where] = [lengths[mount]] * 3 + [turns[mount]] * 3
+            std[where] = np.hypot(std[where], [lengths[mount]] * 3 + [turns[mount]] * 3)
     return std
+
+
+def _held_by_priors(solution: Solution) -> Array:
+    """What the variances (P,) grow by, as a root, when the joint terms are held less well."""
+    normal, layout = solution.normal, solution.layout
+    step, joints = natural_steps(layout), layout.joints
+    H, _ = normal.total()
+    looser = H.copy()
+    where = np.arange(layout.size)[joints]
+    looser[where, where] -= normal.prior_information[joints] * (1 - _OTHER_KIND**-2)
+    tight, loose = (np.diag(inverse_of(M, step)[0]) for M in (H, looser))
+    return np.sqrt(np.maximum(loose - tight, 0.0))
 
 
 def _inflation(solution: Solution, H: Array, step: Array) -> float:

@@ -81,6 +81,7 @@ def read_run(store: RunStore) -> RunData:
             f"{store.folder}: not a run directory (scenario.toml and trials.sqlite are looked "
             "for); name one that 'aoicell run' has written"
         )
+    store.refuse_other_versions()
     scenario = store.scenario()
     trials = store.columns("trials")
     if not len(trials["number"]):

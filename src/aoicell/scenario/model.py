@@ -284,6 +284,12 @@ class Scenario(_Strict):
         return self
 
     @model_validator(mode="after")
+    def _pictured(self) -> "Scenario":
+        if "markerless" in self.methods and not self.pictures:
+            raise ValueError("method 'markerless' looks at texture: it goes with pictures = true")
+        return self
+
+    @model_validator(mode="after")
     def _injectable(self) -> "Scenario":
         if self.inject and (self.visit or not self.pictures):
             raise ValueError("'inject' goes with visit = false and pictures = true")

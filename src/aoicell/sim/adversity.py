@@ -23,7 +23,7 @@ Cause = Literal[
 ]  # fmt: skip
 CAUSES: tuple[Cause, ...] = get_args(Cause)
 Rng = np.random.Generator
-BOARD, REFERENCE = 0, 1  # the pictures that locate, in their order
+BOARD, REFERENCES = 0, (1, 2)  # the pictures that locate, in their order
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def _spot(world: World, rng: Rng, picture: int, spread: float) -> SE3:
 
 def _picture(rng: Rng) -> int:
     """The board's picture is the one that suffers, five times of six."""
-    return BOARD if rng.uniform() < 5 / 6 else REFERENCE
+    return BOARD if rng.uniform() < 5 / 6 else int(rng.choice(REFERENCES))
 
 
 def _occlusion(world: World, rng: Rng) -> Adversity:
@@ -137,7 +137,7 @@ def _blur(world: World, rng: Rng) -> Adversity:
     length, sigma = _log_uniform(rng, 1, 40), _log_uniform(rng, 0.5, 12)
     moved = (float(length * np.cos(angle)), float(length * np.sin(angle)))
     spoil = Blur(motion_px=moved) if rng.uniform() < 0.5 else Blur(sigma_px=sigma)
-    pictures = (BOARD, REFERENCE) if rng.uniform() < 0.3 else (_picture(rng),)
+    pictures = (BOARD, *REFERENCES) if rng.uniform() < 0.3 else (_picture(rng),)
     return Adversity("blur", spoils=tuple((picture, spoil) for picture in pictures))
 
 

@@ -40,7 +40,10 @@ class Lens:
         width, height = camera.width, camera.height
         plain = Camera.pinhole(camera.focal_px, width, height)
         self._bends = bool(
-            pinhole or focal_drift or camera.distortion.any() or not np.array_equal(camera.K, plain.K)
+            pinhole
+            or focal_drift
+            or camera.distortion.any()
+            or not np.array_equal(camera.K, plain.K)
         )
         if self._bends:
             halves = np.max([self._half_field(warm_up) for warm_up in (0.0, 1.0)], axis=0)

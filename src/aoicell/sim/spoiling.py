@@ -1,4 +1,4 @@
-"""What spoils single pictures on their way to the sensor: a reflection, motion, a lens out of focus."""
+"""What spoils single pictures on their way to the sensor: a lamp's image, motion, defocus."""
 
 from dataclasses import dataclass
 from typing import Protocol

@@ -1,6 +1,6 @@
 """Several markers on one board: told apart in a picture, and solved for one pose."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,7 @@ from aoicell.camera import Camera
 from aoicell.errors import Refused, TargetNotFound
 from aoicell.targets.cross_marker import turned
 from aoicell.targets.pose import TargetPose, planar_candidates, solve_pose
-from aoicell.transforms import SE3, Array, apply
+from aoicell.transforms import SE3, Array, apply, rotation
 
 Layout = Mapping[str, Array]  # cross centres (4, 3) by marker id, in the frame to be located
 
@@ -127,9 +127,11 @@ def _readings(
 ) -> list[_Reading]:  # fmt: skip
     """All ways to read the detections, the best first."""
     readings = []
+    first = next(iter(layout.values()))
     for uv in detections:
+        upright = planar_candidates(first - first.mean(axis=0), uv, camera)
         for points in layout.values():
-            for T in _hypotheses(uv, points, camera, T_expected, config):
+            for T in _hypotheses(upright, first, points, T_expected, config):
                 indices, uvs = _assigned(detections, layout, camera, T, config.max_gap)
                 moved = float(np.linalg.norm(T.translation - T_expected.translation))
                 if uvs:
@@ -138,12 +140,20 @@ def _readings(
 
 
 def _hypotheses(
-    uv: Array, points: Array, camera: Camera, T_expected: SE3, config: LayoutConfig
+    upright: Sequence[SE3], first: Array, points: Array, T_expected: SE3, config: LayoutConfig
 ) -> list[SE3]:
-    """Poses of the layout if this detection were this marker, near the expected orientation."""
+    """Poses of the layout if a detection were this marker, near the expected orientation.
+
+    `upright`: the planar poses of the detection if it were the layout's first marker, `first`,
+    about its centre; all markers are alike and lie parallel to x and y of the layout's frame.
+    """
+    shift = SE3(np.eye(3), -points.mean(axis=0))
+    lies = _direction(first) - _direction(points)
     poses = []
     for turn in range(4):
-        for T in _planar_poses(points, turned(uv, turn), camera):
+        # read from its next point on, the square lies a quarter turn further
+        quarter = rotation("z", turn * np.pi / 2 + lies)
+        for T in (T * quarter * shift for T in upright):
             # a 60 mm square tells its tilt badly: only the turn about the view counts
             if _turn_about_normal(T_expected.actInv(T)) < np.radians(config.max_turn_deg):
                 poses.append(T)
@@ -151,11 +161,10 @@ def _hypotheses(
     return poses
 
 
-def _planar_poses(points: Array, uv: Array, camera: Camera) -> list[SE3]:
-    """Planar solutions for a marker that lies parallel to x and y of the layout's frame."""
-    centre = points.mean(axis=0)
-    shift = SE3(np.eye(3), -centre)
-    return [T * shift for T in planar_candidates(points - centre, uv, camera)]
+def _direction(points: Array) -> float:
+    """Angle (rad) of a marker's upper side in the layout's plane."""
+    side = points[1] - points[0]
+    return float(np.arctan2(side[1], side[0]))
 
 
 def _turn_about_normal(T: SE3) -> float:
@@ -175,20 +184,20 @@ def _assigned(
     detections: Sequence[Array], layout: Layout, camera: Camera, T: SE3, max_gap: float
 ) -> tuple[dict[str, int], dict[str, Array]]:
     """The detection nearest to where each marker is predicted: its index, and its reading."""
+    if not len(detections):
+        return {}, {}
+    points = np.stack(list(layout.values()))  # (M, 4, 3)
+    depths = apply(T, points.reshape(-1, 3))[:, 2].reshape(-1, 4)
+    predicted = camera.project(points.reshape(-1, 3), T).reshape(-1, 4, 2)
+    readings = np.stack([turned(uv, turn) for uv in detections for turn in range(4)])  # (4D, 4, 2)
+    gaps = np.linalg.norm(readings[:, None] - predicted[None], axis=3).max(axis=2)  # (4D, M)
     indices, uvs = {}, {}
-    for id, points in layout.items():
-        if (apply(T, points)[:, 2] <= 0).any():
-            continue
-        predicted = camera.project(points, T)
-        scale = camera.focal_px / apply(T, points)[:, 2].mean()
+    for m, id in enumerate(layout):
+        nearest = int(gaps[:, m].argmin())
         # one marker predicts a far one only as well as it tells its own tilt
-        nearest = max_gap * scale
-        for index, uv in enumerate(detections):
-            for turn in range(4):
-                reading = turned(uv, turn)
-                gap = float(np.linalg.norm(reading - predicted, axis=1).max())
-                if gap < nearest:
-                    nearest, indices[id], uvs[id] = gap, index, reading
+        allowed = max_gap * camera.focal_px / depths[m].mean()
+        if (depths[m] > 0).all() and gaps[nearest, m] < allowed:
+            indices[id], uvs[id] = nearest // 4, readings[nearest]
     return indices, uvs
 
 
@@ -221,9 +230,9 @@ def _consistent(
         return agreed[0]
     accepted = min(config.max_rms_px, most)
     raise Refused(
-        f"board: the markers {', '.join(uvs)} fit their layout only to {located.pose.rms_px:.2f} px, at "
-        f"most {accepted:.2f} px is accepted; check for moved or false markers, light and focus, "
-        "or teach the board anew",
+        f"board: the markers {', '.join(uvs)} fit their layout only to "
+        f"{located.pose.rms_px:.2f} px, at most {accepted:.2f} px is accepted; check for moved or "
+        "false markers, light and focus, or teach the board anew",
         "inconsistent",
     )
 
@@ -235,9 +244,7 @@ def _refuse_turned(
     """Raise where enough markers are found if any turn of the board is allowed."""
     if len(layout) < 2 or needed < 2:
         return  # a single plain marker has four readings
-    found = _readings(
-        detections, layout, camera, T_expected, replace(config, max_turn_deg=181.0)
-    )
+    found = _readings(detections, layout, camera, T_expected, replace(config, max_turn_deg=181.0))
     if found and len(found[0].uvs) >= needed:
         T = _solved(found[0].uvs, layout, camera).T_camera_target
         turn = np.degrees(_turn_about_normal(T_expected.actInv(T)))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from aoicell.benchmark.workers import compute_on_one_thread
 from aoicell.calibration.calibrate import calibrate
 from aoicell.calibration.half_turns import settle_half_turns
 from aoicell.calibration.poses import SETUP_MOTIONS
@@ -33,6 +34,7 @@ def bench_calibration(quick: bool = False) -> dict[str, Any]:
     and of that `start` (each target posed, half turns, closed forms) and `models` (all of them
     fitted and held out). `seconds` is what a calibration takes on one core.
     """
+    compute_on_one_thread()
     nominal = load_nominal(data_root() / "cell")
     shots = _shots(nominal, QUICK_VIEWS if quick else VIEWS)
     spent: dict[str, float] = {}

@@ -12,6 +12,7 @@ from aoicell.online import look
 from aoicell.registration import component_points
 from aoicell.resources import data_root
 from aoicell.scenario import Scenario
+from aoicell.scenario.model import Displacement, LiftRange, TiltRange
 from aoicell.sim.profiles import TYPICAL
 from aoicell.targets.pose import motion_jacobian
 from aoicell.transforms import Array, apply, from_twist
@@ -36,7 +37,9 @@ def bench_localisation(quick: bool = False) -> dict[str, Any]:
     scenario = Scenario(
         name="localisation", profile="ideal", worlds=worlds, trials_per_world=trials,
         methods=["aoicell_one_look"], knobs=knobs,
-        displacement={"lift_mm": {"min": -2, "max": 2}, "tilt_deg": {"min": 0, "max": 1}},
+        displacement=Displacement(
+            lift_mm=LiftRange(min=-2, max=2), tilt_deg=TiltRange(min=0, max=1)
+        ),
     )  # fmt: skip
     rows = []
     for world in range(worlds):
@@ -80,7 +83,7 @@ def _row(session: Session, trials: int) -> dict[str, float]:
         ids = [id for id in template.layout if id in located.uvs_px]
         crosses = np.concatenate([world.marker_crosses(id) for id in ids])
         found = np.concatenate([located.uvs_px[id] for id in ids])
-        centres.append((found - world.camera("hand").project(crosses, truth.T_camera_board)))
+        centres.append(found - world.camera("hand").project(crosses, truth.T_camera_board))
         geometry.append((motion_jacobian(crosses, camera, truth.T_camera_board), points, truth))
     off_px = np.concatenate(centres)
     covariance = off_px.T @ off_px / len(off_px)
