@@ -13,7 +13,9 @@ from aoicell.scenario import Scenario
 
 pytest_plugins = ["pytester"]
 
-SCENARIO = Scenario(name="ten", worlds=10, trials_per_world=5, pictures=False)
+SCENARIO = Scenario(
+    name="ten", worlds=10, trials_per_world=5, methods=["paper", "aoicell"], pictures=False
+)
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ def estimate(*cells: float) -> Estimate:
 
 @pytest.fixture
 def scenario() -> Scenario:
-    return Scenario(name="s", profile="paper", worlds=2, methods=["paper", "aoicell"], **TWO)  # type: ignore[arg-type]
+    return Scenario(name="s", profile="paper", worlds=2, **TWO)  # type: ignore[arg-type]
 
 
 def test_the_shipped_budget_has_each_source_alone_and_all_but_it() -> None:

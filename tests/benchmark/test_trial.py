@@ -197,7 +197,7 @@ def test_the_same_scenario_gives_the_same_numbers_bit_for_bit(
 ) -> None:
     """The demo ran the same world by itself, its methods in the other order."""
     assert demo.code == 0, demo.stderr
-    assert paper_session.scenario.methods == ["aoicell", "paper"]
+    assert paper_session.scenario.methods == ["aoicell", "aoicell_one_look", "paper"]
     first = {t.method: t for t in RunStore(demo.folder).trials() if t.trial == 0}
     assert set(first) == set(paper_trial)
     for method, record in paper_trial.items():
@@ -226,6 +226,8 @@ def test_a_marker_out_of_view_is_refused_by_name(ideal_session: Session) -> None
     session = with_displacement(ideal_session, trials=2, shift_mm=[250.0, 250.0])
     for result in run_trial(session, 0):
         record = result.record
+        if record.method == "markerless":  # it sees enough of the board without its markers
+            continue
         assert record.outcome == "refused"
         assert "missing: " in record.reason
         assert "M1" in record.reason

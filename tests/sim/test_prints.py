@@ -37,7 +37,7 @@ def test_the_pattern_is_stretched_about_the_plates_centre() -> None:
     assert printed_size(BOARD.size, (1.01, 0.98)) == pytest.approx(
         (1.01 * BOARD.size[0], 0.98 * BOARD.size[1])
     )
-    crosses = true_crosses(CrossMarker(pitch=0.04), (1.01, 0.98))
+    crosses = true_crosses(CrossMarker(size=0.07, pitch=0.04), (1.01, 0.98))
     np.testing.assert_allclose(crosses[0], [-0.0202, 0.0196, 0], atol=1e-15)
 
 

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from aoicell.observation import Image
@@ -32,6 +32,7 @@ def test_strips_follow_their_vectors(shift: float) -> None:
 
 @given(st.floats(28, 36), st.sampled_from([0.0, 0.8, 1.5]), st.booleans())
 def test_a_step_is_found_where_it_is(edge: float, blur: float, inverted: bool) -> None:
+    assume(abs(edge - 32) + 2.5 * blur <= 6)  # both ends of the profile have to be flat
     grey = covered(edge)
     if blur:
         grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), blur), dtype=np.uint8)

@@ -78,7 +78,7 @@ def places(shown: Shown) -> Places:
 def test_in_an_ideal_cell_estimates_stand_on_the_truth(shown: list[Shown]) -> None:
     said: list[str] = []
     records = watch(SCENARIO, said.append, speed=FAST, once=True)
-    assert [record.trial for record in records] == [0, 0], "one trial, by both methods"
+    assert [record.trial for record in records] == [0, 0, 0], "one trial, by all methods"
     assert said[0].startswith("http://127.0.0.1:")
     checked: set[str] = set()
     for placed in map(places, shown):

@@ -45,12 +45,14 @@ class Arm:
         """
         arm = copy(self)
         arm._model = self._model.copy()
+        arm._sides = []
         for joint, error in enumerate(np.asarray(joint_origins, dtype=float), start=1):
-            origin = self._model.jointPlacements[joint]
-            tilt = pin.exp3(self._sides[joint - 1] @ error[3:])
+            origin, sides = self._model.jointPlacements[joint], self._sides[joint - 1]
+            tilt = sides @ error[3:]
             arm._model.jointPlacements[joint] = SE3(
-                tilt @ origin.rotation, origin.translation + error[:3]
+                pin.exp3(tilt) @ origin.rotation, origin.translation + error[:3]
             )
+            arm._sides.append(pin.Jexp3(-tilt) @ sides)  # about what a further tilt turns
         arm._data = arm._model.createData()
         arm._offsets = self._offsets + np.asarray(joint_offsets, dtype=float)
         return arm
@@ -92,7 +94,7 @@ class Arm:
             tilts = R @ self._sides[joint - 1]
             lever = -T_flange_base.act(origin)  # from the joint to the flange, in flange axes
             J[:3, 5 * joint - 5 : 5 * joint - 2] = R
-            J[:3, 5 * joint - 2 : 5 * joint] = np.cross(tilts, lever, axis=0)
+            J[:3, 5 * joint - 2 : 5 * joint] = -pin.skew(lever) @ tilts
             J[3:, 5 * joint - 2 : 5 * joint] = tilts
         return J
 
