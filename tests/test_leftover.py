@@ -8,8 +8,8 @@ import pytest
 
 from aoicell.calibration.cell_model import CellModel
 from aoicell.camera import Camera
-from aoicell.first_look import Drift, Look, Reference, Sliding, expected_leftover, rigidity
-from aoicell.leftover import Leftover, bound_of, motion_of, rms_of
+from aoicell.first_look import Look, Reference, Sliding, expected_leftover, rigidity
+from aoicell.leftover import Drift, Leftover, bound_of, motion_of, rms_of
 from aoicell.nominal import Nominal
 from aoicell.pipeline import flange_target
 from aoicell.registration import designed_layout
@@ -197,7 +197,7 @@ def test_a_second_look_leaves_less_and_knows_it(
             points = layout["M2" if k == 0 else "M3"]
             moved = story.cell.pixels(points, now, True) - story.cell.pixels(points, then, False)
             shown[k] = Shown(apply(then, points), moved)
-        belief, probability = look_again(story.leftover, model, shown, SIGMA_PX)
+        belief, probability = look_again(story.leftover, model, shown, SIGMA_PX, DRIFT)
         assert probability > 1e-4
         points = [apply(then, layout["M1"]) for then in story.taught]
         left = [rms_of(story.error[6 * k : 6 * k + 6], points[k]) for k in (0, 1)]

@@ -17,7 +17,7 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2, multivariate_normal
 
 from aoicell.calibration.cell_model import CellModel
-from aoicell.leftover import Leftover
+from aoicell.leftover import Drift, Leftover
 from aoicell.transforms import SE3, Array, apply
 
 
@@ -48,25 +48,6 @@ class Look:
         M[:3, :3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
         M[:3, 3:] = M[3:, :3] = np.eye(3)
         return np.asarray(M @ self.covariance @ M.T)
-
-
-@dataclass(frozen=True)
-class Drift:
-    """How far the camera may creep after the board was taught (one sigma): on its mount, along
-    and about each axis, and in its focal length (a lens that warms up by 5 K at 20 ppm/K).
-
-    A mount that was knocked is no creep: the reference and the second look are to show it.
-    """
-
-    mm: float = 0.01
-    deg: float = 0.001
-    focal_ppm: float = 100.0
-
-    @property
-    def covariance(self) -> Array:
-        """Of a twist of the camera in its own axes and the relative focal length, (7, 7)."""
-        twist = [self.mm / 1e3] * 3 + [float(np.radians(self.deg))] * 3
-        return np.diag(np.square([*twist, self.focal_ppm * 1e-6]))
 
 
 @dataclass(frozen=True)
@@ -160,7 +141,7 @@ class _Unknown:
         row[:, self.looks[which]] = np.eye(6)
         if which == 1:
             row[:, self.mount] = np.eye(6)
-            row[:, self.focal] = -inverse @ _by_focal(self._model, K)
+            row[:, self.focal] = -inverse @ self._model.by_focal(K)
         return row
 
     def see(self, references: Sequence[Reference]) -> float:
@@ -171,7 +152,7 @@ class _Unknown:
         """
         model = self._model
         parts = [model.pixel_derivatives(reference.points) for reference in references]
-        A = np.vstack([np.column_stack([-J, _by_focal(model, K)]) for J, K in parts])
+        A = np.vstack([np.column_stack([-J, model.by_focal(K)]) for J, K in parts])
         z = np.concatenate([reference.moved_px.ravel() for reference in references])
         H = np.zeros((len(A), len(self.mean)))
         H[:, self.mount], H[:, self.focal] = A[:, :6], A[:, 6]
@@ -197,18 +178,13 @@ class _Unknown:
         return float(chi2.sf(innovation @ np.linalg.solve(S, innovation), len(z)))
 
 
-def _by_focal(model: CellModel, K: Array) -> Array:
-    """Derivative of pixels by the relative focal length."""
-    return np.asarray(K[:, :2] @ np.diag(model.camera.K)[:2])
-
-
 def rigidity(model: CellModel, reference: Reference) -> float:
     """The probability that points move by so much beside a common motion and a change of scale.
 
     Next to none: something lies over the target, or shines on it.
     """
     J, K = model.pixel_derivatives(reference.points)
-    A, z = np.column_stack([J, _by_focal(model, K)]), reference.moved_px.ravel()
+    A, z = np.column_stack([J, model.by_focal(K)]), reference.moved_px.ravel()
     alone = z - A @ np.linalg.lstsq(A, z, rcond=None)[0]
     return float(chi2.sf(alone @ alone / (2 * reference.sigma_px**2), len(z) - A.shape[1]))
 

@@ -17,6 +17,25 @@ from aoicell.transforms import Array
 
 
 @dataclass(frozen=True)
+class Drift:
+    """How far the camera may creep after the board was taught (one sigma): on its mount, along
+    and about each axis, and in its focal length (a lens that warms up by 5 K at 20 ppm/K).
+
+    A mount that was knocked is no creep: the reference and the second look are to show it.
+    """
+
+    mm: float = 0.01
+    deg: float = 0.001
+    focal_ppm: float = 100.0
+
+    @property
+    def covariance(self) -> Array:
+        """Of a twist of the camera in its own axes and the relative focal length, (7, 7)."""
+        twist = [self.mm / 1e3] * 3 + [float(np.radians(self.deg))] * 3
+        return np.diag(np.square([*twist, self.focal_ppm * 1e-6]))
+
+
+@dataclass(frozen=True)
 class Leftover:
     """The belief about what is left at K views: `mean` (6K,) and `covariance` (6K, 6K).
 

@@ -12,14 +12,13 @@ import numpy as np
 from aoicell.correction import Correction, Unreached, correct, shifted_views, with_bounds
 from aoicell.errors import Refused, TargetNotFound, Unreachable
 from aoicell.first_look import (
-    Drift,
     Look,
     Reference,
     Sliding,
     expected_leftover,
     rigidity,
 )
-from aoicell.leftover import Leftover, motion_of, rms_of
+from aoicell.leftover import Drift, Leftover, motion_of, rms_of
 from aoicell.markerless import LocatedTexture
 from aoicell.nominal import Nominal
 from aoicell.observation import Cell, Observation, capture_at
@@ -269,7 +268,9 @@ def improve(visited: Visited, online: Online) -> Correction | None:
         T = online.calibration.T_base_camera(standard.state).actInv(T_base_board)
         found = online.markers(standard), online.markers(images[view.id])
         shown[k] = compare_markers(*found, layout, model, T)
-    believed, probability = look_again(leftover, model, shown, online.template.sigma_px)
+    believed, probability = look_again(
+        leftover, model, shown, online.template.sigma_px, online.config.drift
+    )
     if probability < online.config.contradiction:
         raise Refused(
             "second look: the markers are not where the first look and the calibration put them "

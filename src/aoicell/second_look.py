@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aoicell.calibration.cell_model import CellModel
-from aoicell.leftover import Leftover
+from aoicell.leftover import Drift, Leftover
 from aoicell.targets.layout import Layout, match_layout
 from aoicell.transforms import SE3, Array, apply
 
@@ -51,11 +51,16 @@ def compare_markers(
 
 
 def look_again(
-    leftover: Leftover, model: CellModel, shown: Mapping[int, Shown], sigma_px: float
+    leftover: Leftover,
+    model: CellModel,
+    shown: Mapping[int, Shown],
+    sigma_px: float,
+    drift: Drift,
 ) -> tuple[Leftover, float]:
     """The belief after the pictures of some views, by their index, and how probable they were.
 
-    What a picture shows contains the arrival of the arm that it was taken after, once.
+    What a picture shows contains the arrival of the arm that it was taken after, once; a focal
+    length that drifts looks like a distance that has changed, in all views alike.
     """
     seen = [(k, s) for k, s in shown.items() if len(s.points)]
     if not seen:
@@ -63,11 +68,14 @@ def look_again(
     count = 2 * sum(len(s.points) for _, s in seen)
     H = np.zeros((count, len(leftover.mean)))
     R = 2 * sigma_px**2 * np.eye(count)  # two pictures
+    by_focal = np.zeros(count)
     row = 0
     for k, s in seen:
-        J, _ = model.pixel_derivatives(s.points)
+        J, K = model.pixel_derivatives(s.points)
         rows = slice(row, row + len(J))
         H[rows, 6 * k : 6 * k + 6] = J
         R[rows, rows] += J @ leftover.arrival[k] @ J.T
+        by_focal[rows] = model.by_focal(K)
         row = rows.stop
+    R += np.outer(by_focal, by_focal) * (drift.focal_ppm * 1e-6) ** 2
     return leftover.observed(H, np.concatenate([s.moved_px.ravel() for _, s in seen]), R)

@@ -75,6 +75,10 @@ class CellModel:
         turns = cross(points[:, None, :], by_point)  # g . (w x x) = w . (x x g)
         return np.concatenate([by_point, turns], axis=2).reshape(-1, 6), by_parameter
 
+    def by_focal(self, by_parameter: Array) -> Array:
+        """Pixels per relative focal length (2N,), from their derivatives by parameter."""
+        return np.asarray(by_parameter[:, :2] @ np.diag(self.camera.K)[:2])
+
 
 def refine_cell(
     start: HandEye,
