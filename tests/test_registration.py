@@ -10,7 +10,13 @@ from aoicell.errors import Refused, TargetNotFound
 from aoicell.nominal import Nominal
 from aoicell.observation import Observation
 from aoicell.pipeline import TaughtPictures, photograph_board
-from aoicell.registration import Template, designed_layout, measured_layout, register
+from aoicell.registration import (
+    Template,
+    component_points,
+    designed_layout,
+    measured_layout,
+    register,
+)
 from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw
 from aoicell.sim.tolerances import Tolerances
@@ -130,3 +136,16 @@ def test_measuring_without_any_marker_in_sight_is_refused(
             [[], []], [expected(nominal, taught.check)] * 2,
             designed_layout(nominal.board, MARKER), nominal.cameras["hand"], fixed="M1",
         )  # fmt: skip
+
+
+def test_points_of_a_view_are_component_tops_or_where_the_axis_meets_the_board(
+    nominal: Nominal, taught: TaughtPictures
+) -> None:
+    camera, T = nominal.cameras["hand"], expected(nominal, taught.views[0].standard)
+    tops = component_points(nominal.board, camera, T)
+    assert len(tops) > 10
+    bare = replace(nominal.board, components=())
+    (point,) = component_points(bare, camera, T)
+    assert point[2] == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(T.act(point)[:2], 0, atol=1e-12)
+    assert T.act(point)[2] > 0

@@ -164,18 +164,22 @@ def corrected_views(
 
 def shifted_views(
     views: Sequence[CorrectedView], leftover: Leftover, model: CellModel
-) -> tuple[CorrectedView, ...]:
-    """The views moved so that what is expected to be left vanishes."""
-    shifted = []
+) -> tuple[tuple[CorrectedView, ...], tuple[Unreached, ...]]:
+    """The views moved so that what is expected to be left vanishes, and those that cannot be."""
+    shifted, unreached = [], []
     for k, view in enumerate(views):
         if not leftover.mean_of(k).any():
             shifted.append(view)
             continue
         T_base_camera = model.T_base_camera(view.q) * from_twist(leftover.mean_of(k))
         T = T_base_camera * model.T_flange_camera.inverse()
-        q = model.arm.ik(T, view.q, f"corrected view {view.id}")
+        try:
+            q = model.arm.ik(T, view.q, f"corrected view {view.id}")
+        except Unreachable as error:
+            unreached.append(Unreached(view.id, str(error), error.q_nearest))
+            q = view.q
         shifted.append(replace(view, T_base_flange=T, q=q))
-    return tuple(shifted)
+    return tuple(shifted), tuple(unreached)
 
 
 def with_bounds(

@@ -17,7 +17,7 @@ from scipy.linalg import block_diag
 from scipy.stats import chi2, multivariate_normal
 
 from aoicell.calibration.cell_model import CellModel
-from aoicell.leftover import Drift, Leftover
+from aoicell.leftover import Drift, Leftover, conditioned
 from aoicell.transforms import SE3, Array, apply
 
 
@@ -168,14 +168,9 @@ class _Unknown:
         self.observe(H, z, noise)
         return float(chi2.sf(distance, A.shape[1]))
 
-    def observe(self, H: Array, z: Array, R: Array) -> float:
-        """Take in z = H u + noise of covariance R; the probability of a z that far off."""
-        S = H @ self.covariance @ H.T + R
-        innovation = z - H @ self.mean
-        gain = np.linalg.solve(S, H @ self.covariance).T
-        self.mean = self.mean + gain @ innovation
-        self.covariance = self.covariance - gain @ H @ self.covariance
-        return float(chi2.sf(innovation @ np.linalg.solve(S, innovation), len(z)))
+    def observe(self, H: Array, z: Array, R: Array) -> None:
+        """Take in z = H u + noise of covariance R."""
+        self.mean, self.covariance, _ = conditioned(self.mean, self.covariance, H, z, R)
 
 
 def rigidity(model: CellModel, reference: Reference) -> float:

@@ -35,6 +35,20 @@ class Drift:
         return np.diag(np.square([*twist, self.focal_ppm * 1e-6]))
 
 
+def conditioned(
+    mean: Array, covariance: Array, H: Array, z: Array, R: Array
+) -> tuple[Array, Array, float]:
+    """A normal belief after a measurement z = H x + noise of covariance R (Kalman 1960): mean,
+    covariance, and the probability that z lies as far from what was expected as it does.
+    """
+    S = H @ covariance @ H.T + R
+    innovation = z - H @ mean
+    gain = np.linalg.solve(S, H @ covariance).T
+    left = covariance - gain @ H @ covariance
+    distance = float(innovation @ np.linalg.solve(S, innovation))
+    return mean + gain @ innovation, (left + left.T) / 2, float(chi2.sf(distance, len(z)))
+
+
 @dataclass(frozen=True)
 class Leftover:
     """The belief about what is left at K views: `mean` (6K,) and `covariance` (6K, 6K).
@@ -59,14 +73,8 @@ class Leftover:
         """The belief after a measurement z = H e + noise of covariance R, and the probability
         that z lies as far from what was expected as it does.
         """
-        P = self.covariance
-        S = H @ P @ H.T + R
-        innovation = z - H @ self.mean
-        gain = np.linalg.solve(S, H @ P).T
-        left = P - gain @ H @ P
-        distance = float(innovation @ np.linalg.solve(S, innovation))
-        updated = replace(self, mean=self.mean + gain @ innovation, covariance=(left + left.T) / 2)
-        return updated, float(chi2.sf(distance, len(z)))
+        mean, covariance, probability = conditioned(self.mean, self.covariance, H, z, R)
+        return replace(self, mean=mean, covariance=covariance), probability
 
     def only(self, views: Sequence[int]) -> "Leftover":
         """The belief about some of the views."""

@@ -217,11 +217,11 @@ def _settled(correction: Correction, leftover: Leftover, online: Online) -> Corr
     """The views shifted by what is expected to be left, with bounds on the rest; or Refused."""
     model, tolerance = online.calibration.model, online.config.tolerance_mm
     assert model is not None
-    views = shifted_views(correction.views, leftover, model)
-    settled = replace(correction, views=views, leftover=leftover.corrected())
+    views, unreached = shifted_views(correction.views, leftover, model)
+    settled = replace(correction, views=views, leftover=leftover.corrected()).without(unreached)
     settled = with_bounds(settled, model, _targets(online))
     worst = max(settled.views, key=lambda view: view.bound.mm_999 if view.bound else 0.0)
-    if worst.bound and worst.bound.mm_999 > tolerance:
+    if worst.bound and not worst.bound.mm_999 <= tolerance:  # also when it is NaN
         raise Refused(
             f"correction: {worst.bound.mm_999:.2f} mm may be left at {worst.id} (99.9 %), at most "
             f"{tolerance:.2f} mm is accepted; look again with more markers in view, or calibrate "
@@ -233,18 +233,20 @@ def _settled(correction: Correction, leftover: Leftover, online: Online) -> Corr
 
 def _targets(online: Online) -> dict[str, Array]:
     """Component tops (N, 3) in the camera of each taught view, by its id."""
-    T_base_board, camera = _T_base_board_taught(online), online.calibration.hand.camera
-    targets = {}
-    for view in online.template.views:
-        T = online.calibration.T_base_camera(view.standard.state).actInv(T_base_board)
-        targets[view.id] = apply(T, component_points(online.nominal.board, camera, T))
-    return targets
+    board, camera = online.nominal.board, online.calibration.hand.camera
+    return {
+        id: apply(T, component_points(board, camera, T))
+        for id, T in _Ts_camera_board(online).items()
+    }
 
 
-def _T_base_board_taught(online: Online) -> SE3:
-    template = online.template
-    T_base_camera = online.calibration.T_base_camera(template.look.state)
-    return T_base_camera * template.taught.T_camera_target
+def _Ts_camera_board(online: Online) -> dict[str, SE3]:
+    """The taught board in the camera of each taught view, by its id."""
+    template, T_base_camera = online.template, online.calibration.T_base_camera
+    T_base_board = T_base_camera(template.look.state) * template.taught.T_camera_target
+    return {
+        view.id: T_base_camera(view.standard.state).actInv(T_base_board) for view in template.views
+    }
 
 
 # -- Once more --------------------------------------------------------------------------------
@@ -261,13 +263,11 @@ def improve(visited: Visited, online: Online) -> Correction | None:
     if model is None or leftover is None:
         return None
     layout: Layout = online.template.layout
-    T_base_board, shown = _T_base_board_taught(online), {}
+    Ts_camera_board, shown = _Ts_camera_board(online), {}
     standards = {view.id: view.standard for view in online.template.views}
     for k, view in enumerate(correction.views):
-        standard = standards[view.id]
-        T = online.calibration.T_base_camera(standard.state).actInv(T_base_board)
-        found = online.markers(standard), online.markers(images[view.id])
-        shown[k] = compare_markers(*found, layout, model, T)
+        found = online.markers(standards[view.id]), online.markers(images[view.id])
+        shown[k] = compare_markers(*found, layout, model, Ts_camera_board[view.id])
     believed, probability = look_again(
         leftover, model, shown, online.template.sigma_px, online.config.drift
     )

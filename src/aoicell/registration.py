@@ -66,11 +66,19 @@ def register(
 
 
 def component_points(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> Array:
-    """Tops of the components (N, 3), in the board's frame, that lie in a picture of the board."""
+    """Tops of the components (N, 3), in the board's frame, that lie in a picture of the board.
+
+    In a picture of none, the place on the board that the optical axis meets.
+    """
     tops = np.array([[c.x, c.y, c.top] for c in board.components]).reshape(-1, 3)
-    uv = camera.project(tops, T_camera_board)
-    inside = ((uv >= 0) & (uv <= [camera.width - 1, camera.height - 1])).all(axis=1)
-    return tops[inside]
+    if len(tops):
+        uv = camera.project(tops, T_camera_board)
+        inside = ((uv >= 0) & (uv <= [camera.width - 1, camera.height - 1])).all(axis=1)
+        if inside.any():
+            return tops[inside]
+    T = T_camera_board.inverse()
+    axis = T.rotation[:, 2]
+    return np.array([T.translation - T.translation[2] / axis[2] * axis])
 
 
 def designed_layout(board: BoardDesign, marker: Marker) -> Layout:

@@ -232,6 +232,7 @@ def test_a_marker_out_of_view_is_refused_by_name(ideal_session: Session) -> None
         assert "missing: " in record.reason
         assert "M1" in record.reason
         assert "bring the board back into view" in record.reason
+        assert record.cause == "marker_not_found"
         assert record.views == []
         assert result.images == {}
         assert record.measured_shift_mm is None

@@ -4,11 +4,12 @@ import numpy as np
 
 from aoicell.camera import Camera
 from aoicell.observation import Observation, RobotState
+from aoicell.targets.chessboard import Chessboard
 from aoicell.targets.cross_marker import CrossMarker
 from aoicell.targets.detector import IN_PICTURES, PictureDetector, Remembering
 from aoicell.targets.marker import Marker
 from aoicell.targets.marker_sighting import MarkerSighting
-from aoicell.transforms import SE3
+from aoicell.transforms import SE3, Array
 
 MARKER = CrossMarker()
 
@@ -48,3 +49,18 @@ def test_markers_are_the_points_of_sightings() -> None:
     (uv,), (seen,) = IN_PICTURES.markers(shown, MARKER), IN_PICTURES.sightings(shown, MARKER)
     np.testing.assert_array_equal(uv, seen.uv_px)
     assert (seen.sigma_px < 0.1).all()
+
+
+def test_it_looks_for_a_board_once() -> None:
+    class Boards(Counting):
+        def chessboard(self, observation: Observation, board: Chessboard, name: str) -> Array:
+            self.looks.append(None)
+            return np.zeros((board.columns * board.rows, 2))
+
+    counting, shown = Boards(), observation()
+    detector = Remembering(counting)
+    small, large = Chessboard(8, 6, 0.015, 0.01), Chessboard(8, 6, 0.03, 0.01)
+    first = detector.chessboard(shown, small, "a board")
+    assert detector.chessboard(shown, small, "the same board") is first
+    assert detector.chessboard(shown, large, "another") is not first
+    assert len(counting.looks) == 2

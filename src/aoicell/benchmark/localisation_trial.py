@@ -5,12 +5,17 @@ enough for thousands of trials in which something goes wrong.
 """
 
 import time
+from dataclasses import replace
 
-import numpy as np
-
-from aoicell.benchmark.records import Outcome, TrialRecord, ViewRecord
+from aoicell.benchmark.records import Outcome, ViewRecord
 from aoicell.benchmark.scoring import residual_record
-from aoicell.benchmark.trial import Session, TrialResult, draw_displacement, motion_about
+from aoicell.benchmark.trial import (
+    Session,
+    TrialResult,
+    blank_record,
+    draw_displacement,
+    motion_about,
+)
 from aoicell.correction import Correction
 from aoicell.errors import Refused
 from aoicell.online import look, relocate
@@ -18,7 +23,7 @@ from aoicell.scenario import Displacement
 from aoicell.scenario.model import ShiftRange, TurnRange
 from aoicell.sim.adversity import CAUSES, Cause, draw_adversity, injected
 from aoicell.sim.drawing import stream
-from aoicell.transforms import SE3, angle_of
+from aoicell.transforms import SE3
 
 OUT_OF_RANGE = Displacement(
     shift_mm=ShiftRange(min=60, max=200), turn_deg=TurnRange(min=-180, max=180)
@@ -70,18 +75,10 @@ def _attempt(session: Session, trial: int, name: str, motion: SE3, cause: Cause)
         outcome, reason, why = "refused", str(refusal), refusal.cause
     except Exception as defect:  # a defect costs its own trial, not the run
         outcome, reason = "failed", f"{type(defect).__name__}: {defect}"
-    T_taught, index = session.T_base_board_taught, world.as_built.world
-    centre = (T_taught * world.geometry.Ts_board_marker[session.nominal.positioning.id]).translation
-    record = TrialRecord(
-        case=0, number=index * session.scenario.trials_per_world + trial, world=index,
-        trial=trial, method=name, outcome=outcome, reason=reason,
-        displacement_mm=float(np.linalg.norm(motion.act(centre) - centre)) * 1e3,
-        turn_deg=float(np.degrees(angle_of(motion))),
+    record = replace(
+        blank_record(session, trial, name, motion), outcome=outcome, reason=reason, cause=why,
         measured_shift_mm=None if correction is None else correction.shift_mm,
-        correction_seconds=seconds,
-        T_base_board_taught=T_taught.homogeneous.tolist(),
-        T_base_board_now=world.T_base_board.homogeneous.tolist(),
-        views=views, cause=why, injected=cause,
+        correction_seconds=seconds, views=views, injected=cause,
     )  # fmt: skip
     return TrialResult(record, {})
 

@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import Any
 
 from aoicell.benchmark.records import TrialRecord
+from aoicell.benchmark.values import trial_values
 from aoicell.errors import Why
 from aoicell.sim.adversity import Cause
 
@@ -40,9 +41,7 @@ def beyond_bound(trial: TrialRecord) -> bool:
 
 def silent_wrong(trial: TrialRecord, tolerance_mm: float) -> bool:
     """Whether a view of a corrected trial is off by more than its bound and the tolerance."""
-    return trial.outcome == "corrected" and any(
-        v.residual_mm > max(tolerance_mm, v.bound_mm or 0.0) for v in trial.views
-    )
+    return trial.outcome == "corrected" and (trial_values(trial)["unwarned_mm"] or 0) > tolerance_mm
 
 
 def by_cause(trials: Iterable[TrialRecord], tolerance_mm: float) -> dict[str, Any]:

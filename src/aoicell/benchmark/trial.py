@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -234,6 +234,7 @@ class _Attempt:
     reason: str
     shift_mm: float | None
     seconds: float | None
+    cause: str = ""
 
 
 def _attempt(session: Session, trial: int, name: str) -> _Attempt:
@@ -242,6 +243,7 @@ def _attempt(session: Session, trial: int, name: str) -> _Attempt:
     stages: list[Visited] = []
     outcome: Outcome = "corrected"
     reason, shift, seconds = "", None, None
+    cause: str = ""
     try:
         looked = look(session.cell, online)
         start = time.perf_counter()
@@ -251,10 +253,10 @@ def _attempt(session: Session, trial: int, name: str) -> _Attempt:
         for stage in visits(session.cell, correction, online):
             stages.append(stage)
     except Refused as refusal:
-        outcome, reason = "refused", str(refusal)
+        outcome, reason, cause = "refused", str(refusal), refusal.cause
     except Exception as defect:  # a defect costs its own trial, not the run
         outcome, reason = "failed", f"{type(defect).__name__}: {defect}"
-    return _Attempt(tuple(stages), outcome, reason, shift, seconds)
+    return _Attempt(tuple(stages), outcome, reason, shift, seconds, cause)
 
 
 def _result(session: Session, trial: int, name: str, motion: SE3, attempt: _Attempt) -> TrialResult:
@@ -265,28 +267,34 @@ def _result(session: Session, trial: int, name: str, motion: SE3, attempt: _Atte
         outcome, images = "corrected", dict(stage.images)
         reason = "; ".join(view.reason for view in stage.correction.unreached)
         bounds = {view.id: view.bound for view in stage.correction.views}
-    T_taught = session.T_base_board_taught
+    views = [
+        score_view(
+            world, view.id, view.standard, images[view.id], session.detector, bounds[view.id]
+        )
+        for view in template.views
+        if view.id in images
+    ]
+    record = blank_record(session, trial, name, motion)
+    return TrialResult(
+        replace(
+            record, outcome=outcome, reason=reason, measured_shift_mm=attempt.shift_mm,
+            correction_seconds=attempt.seconds, views=views,
+            cause=attempt.cause if outcome == "refused" else "",
+        ),
+        images,
+    )  # fmt: skip
+
+
+def blank_record(session: Session, trial: int, name: str, motion: SE3) -> TrialRecord:
+    """The record of a method's trial as it begins: how the board was moved, and no result."""
+    world, T_taught = session.world, session.T_base_board_taught
     centre = (T_taught * world.geometry.Ts_board_marker[session.nominal.positioning.id]).translation
-    record = TrialRecord(
-        case=0,
-        number=world.as_built.world * session.scenario.trials_per_world + trial,
-        world=world.as_built.world,
-        trial=trial,
-        method=name,
-        outcome=outcome,
-        reason=reason,
+    index = world.as_built.world
+    return TrialRecord(
+        case=0, number=index * session.scenario.trials_per_world + trial, world=index,
+        trial=trial, method=name, outcome="failed", reason="",
         displacement_mm=float(np.linalg.norm(motion.act(centre) - centre)) * 1e3,
-        turn_deg=float(np.degrees(angle_of(motion))),
-        measured_shift_mm=attempt.shift_mm,
-        correction_seconds=attempt.seconds,
-        T_base_board_taught=T_taught.homogeneous.tolist(),
-        T_base_board_now=world.T_base_board.homogeneous.tolist(),
-        views=[
-            score_view(
-                world, view.id, view.standard, images[view.id], session.detector, bounds[view.id]
-            )
-            for view in template.views
-            if view.id in images
-        ],
-    )
-    return TrialResult(record, images)
+        turn_deg=float(np.degrees(angle_of(motion))), measured_shift_mm=None,
+        correction_seconds=None, T_base_board_taught=T_taught.homogeneous.tolist(),
+        T_base_board_now=world.T_base_board.homogeneous.tolist(), views=[],
+    )  # fmt: skip

@@ -62,15 +62,19 @@ IN_PICTURES = PictureDetector()
 
 
 class Remembering:
-    """A detector that looks for markers once in each picture, however often it is asked."""
+    """A detector that looks for a target once in each picture, however often it is asked."""
 
     def __init__(self, detector: Detector) -> None:
         self._detector = detector
         self._found: WeakKeyDictionary[Observation, _Found] = WeakKeyDictionary()
+        self._boards: WeakKeyDictionary[Observation, dict[Chessboard, Array]] = WeakKeyDictionary()
 
     def chessboard(self, observation: Observation, board: Chessboard, name: str) -> Array:
-        """As the detector does."""
-        return self._detector.chessboard(observation, board, name)
+        """As the detector does, the first time that it finds the board."""
+        found = self._boards.setdefault(observation, {})
+        if board not in found:
+            found[board] = self._detector.chessboard(observation, board, name)
+        return found[board]
 
     def chessboard_pair(
         self, observation: Observation, board: Chessboard, name: str
