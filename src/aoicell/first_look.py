@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
-from scipy.stats import chi2, multivariate_normal
+from scipy.linalg import block_diag, solve_triangular
+from scipy.special import chdtrc
 
 from aoicell.calibration.cell_model import CellModel
 from aoicell.leftover import Drift, Leftover, conditioned
@@ -150,27 +150,37 @@ class _Unknown:
 
         What its points do one by one would only hide a small motion of all.
         """
-        model = self._model
-        parts = [model.pixel_derivatives(reference.points) for reference in references]
-        A = np.vstack([np.column_stack([-J, model.by_focal(K)]) for J, K in parts])
-        z = np.concatenate([reference.moved_px.ravel() for reference in references])
+        A, z, noise = camera_equations(self._model, references)
         H = np.zeros((len(A), len(self.mean)))
         H[:, self.mount], H[:, self.focal] = A[:, :6], A[:, 6]
-        noise = block_diag(
-            *(
-                2 * r.sigma_px**2 * np.eye(len(J)) + 2 * J @ model.arrival_covariance(r.q) @ J.T
-                for r, (J, _) in zip(references, parts, strict=True)
-            )
-        )
         S = H @ self.covariance @ H.T + noise
         whole = A.T @ np.linalg.solve(S, np.column_stack([z, A]))
         distance = float(whole[:, 0] @ np.linalg.solve(whole[:, 1:], whole[:, 0]))
         self.observe(H, z, noise)
-        return float(chi2.sf(distance, A.shape[1]))
+        return float(chdtrc(A.shape[1], distance))
 
     def observe(self, H: Array, z: Array, R: Array) -> None:
         """Take in z = H u + noise of covariance R."""
         self.mean, self.covariance, _ = conditioned(self.mean, self.covariance, H, z, R)
+
+
+def camera_equations(
+    model: CellModel, references: Sequence[Reference]
+) -> tuple[Array, Array, Array]:
+    """What a fixed target says about the camera: A (N, 7), z (N,) and the noise's covariance
+    (N, N) of z = A u + noise, u the twist of the camera in its own axes (m, rad) on its mount
+    and the relative change of its focal length since the target was seen first.
+    """
+    parts = [model.pixel_derivatives(reference.points) for reference in references]
+    A = np.vstack([np.column_stack([-J, model.by_focal(K)]) for J, K in parts])
+    z = np.concatenate([reference.moved_px.ravel() for reference in references])
+    noise = block_diag(
+        *(
+            2 * r.sigma_px**2 * np.eye(len(J)) + 2 * J @ model.arrival_covariance(r.q) @ J.T
+            for r, (J, _) in zip(references, parts, strict=True)
+        )
+    )
+    return A, z, noise
 
 
 def rigidity(model: CellModel, reference: Reference) -> float:
@@ -181,7 +191,7 @@ def rigidity(model: CellModel, reference: Reference) -> float:
     J, K = model.pixel_derivatives(reference.points)
     A, z = np.column_stack([J, model.by_focal(K)]), reference.moved_px.ravel()
     alone = z - A @ np.linalg.lstsq(A, z, rcond=None)[0]
-    return float(chi2.sf(alone @ alone / (2 * reference.sigma_px**2), len(z) - A.shape[1]))
+    return float(chdtrc(len(z) - A.shape[1], alone @ alone / (2 * reference.sigma_px**2)))
 
 
 def _take_for_sliding(
@@ -204,7 +214,14 @@ def _take_for_sliding(
     flat = np.diag(np.square([*[np.radians(sliding.flat_deg)] * 2, sliding.flat_mm / 1e3]))
     free = np.diag(np.square([*[np.radians(sliding.tilt_deg)] * 2, sliding.lift_mm / 1e3]))
     z, S = -measured - H @ unknown.mean, H @ unknown.covariance @ H.T + flat
-    slid = multivariate_normal.logpdf(z, cov=S)
-    lifted = multivariate_normal.logpdf(z, cov=S + free)
+    slid = _log_density(z, S)
+    lifted = _log_density(z, S + free)
     if slid - lifted > np.log(sliding.odds):
         unknown.observe(H, -measured, flat)
+
+
+def _log_density(z: Array, covariance: Array) -> float:
+    """Of a normal distribution about zero, up to a constant that hangs on the length of z."""
+    L = np.linalg.cholesky(covariance)
+    y = solve_triangular(L, z, lower=True)
+    return float(-y @ y / 2 - np.log(np.diag(L)).sum())

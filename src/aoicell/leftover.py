@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2, gamma
+from scipy.special import chdtrc, gammaincinv
 
 from aoicell.calibration.cell_model import CellModel
 from aoicell.transforms import Array
@@ -46,7 +46,7 @@ def conditioned(
     gain = np.linalg.solve(S, H @ covariance).T
     left = covariance - gain @ H @ covariance
     distance = float(innovation @ np.linalg.solve(S, innovation))
-    return mean + gain @ innovation, (left + left.T) / 2, float(chi2.sf(distance, len(z)))
+    return mean + gain @ innovation, (left + left.T) / 2, float(chdtrc(len(z), distance))
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _quantile(covariance: Array, J: Array, count: int, level: float) -> float:
     """
     M = covariance @ (J.T @ J) / count
     mean, variance = float(np.trace(M)), 2 * float(np.trace(M @ M))
-    return float(np.sqrt(gamma.ppf(level, mean**2 / variance, scale=variance / mean)))
+    return float(np.sqrt(gammaincinv(mean**2 / variance, level) * variance / mean))
 
 
 def motion_of(points: Array) -> Array:

@@ -109,7 +109,6 @@ def load_nominal(folder: Path) -> Nominal:
         "hand": load_camera(paths["hand"]),
         "tripod": load_camera(paths["tripod"]),
     }
-    targets = paths["board"] / "targets.toml"
     arm = Arm(_only_urdf(paths["arm"]))
     q_home = np.radians(table.numbers("arm", "home_deg", count=arm.dof))
     for joint, angle, low, high in zip(arm.joint_names, q_home, arm.lower, arm.upper, strict=True):
@@ -133,10 +132,18 @@ def load_nominal(folder: Path) -> Nominal:
         hand_eye_start=_view(table.sub("hand_eye", "start"), "start"),
         check=_view(table.sub("check"), "P_check"),
         overview=_view(table.sub("overview"), "overview"),
-        inspection_views=tuple(
-            _view(view, view.text("id")) for view in TomlTable.read(targets).each("view")
-        ),
+        inspection_views=load_views(paths["board"] / "targets.toml"),
     )
+
+
+def load_views(path: Path) -> tuple[View, ...]:
+    """The views of a board that a TOML file lists. Raises ModelError naming what is wrong."""
+    views = tuple(_view(view, view.text("id")) for view in TomlTable.read(path).each("view"))
+    ids = [view.id for view in views]
+    for index, id in enumerate(ids):
+        if id in ids[:index]:
+            raise ModelError(f"{path}: 'view[{index}].id' = '{id}' is taken; give it its own")
+    return views
 
 
 _MODELS = ("arm", "hand", "tripod", "board", "armtarget", "tabletarget")

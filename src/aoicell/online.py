@@ -148,7 +148,7 @@ def _assessed(correction: Correction, looked: Looked, online: Online) -> Correct
         [views[view.id].standard.state.q for view in correction.views],
         [view.q for view in correction.views],
         config.drift,
-        _references(looked, online),
+        references_seen(looked.references, online),
         config.sliding,
     )
     if probability < config.unmoved:
@@ -182,9 +182,9 @@ def _look(observation: Observation, located: LocatedLayout, template: Template) 
     return Look(observation.state.q, points, located.T_camera_target, sigma_px)
 
 
-def _references(looked: Looked, online: Online) -> list[Reference]:
+def references_seen(pictures: Sequence[Observation], online: Online) -> list[Reference]:
     """The fixed chessboard as taught and now, from each pose; Raises Refused."""
-    pairs = zip(online.template.references, looked.references, strict=False)
+    pairs = zip(online.template.references, pictures, strict=False)
     return [_reference(taught, now, online) for taught, now in pairs]
 
 
@@ -236,14 +236,16 @@ def _targets(online: Online) -> dict[str, Array]:
     board, camera = online.nominal.board, online.calibration.hand.camera
     return {
         id: apply(T, component_points(board, camera, T))
-        for id, T in _Ts_camera_board(online).items()
+        for id, T in Ts_camera_board(online).items()
     }
 
 
-def _Ts_camera_board(online: Online) -> dict[str, SE3]:
-    """The taught board in the camera of each taught view, by its id."""
+def Ts_camera_board(online: Online) -> dict[str, SE3]:
+    """The taught board in the camera of each taught view, by its id, as the calibration has it."""
     template, T_base_camera = online.template, online.calibration.T_base_camera
     T_base_board = T_base_camera(template.look.state) * template.taught.T_camera_target
+    if not online.method.all_markers:  # what was located is the positioning marker
+        T_base_board = T_base_board * online.nominal.T_board_positioning.inverse()
     return {
         view.id: T_base_camera(view.standard.state).actInv(T_base_board) for view in template.views
     }
@@ -263,11 +265,11 @@ def improve(visited: Visited, online: Online) -> Correction | None:
     if model is None or leftover is None:
         return None
     layout: Layout = online.template.layout
-    Ts_camera_board, shown = _Ts_camera_board(online), {}
+    Ts, shown = Ts_camera_board(online), {}
     standards = {view.id: view.standard for view in online.template.views}
     for k, view in enumerate(correction.views):
         found = online.markers(standards[view.id]), online.markers(images[view.id])
-        shown[k] = compare_markers(*found, layout, model, Ts_camera_board[view.id])
+        shown[k] = compare_markers(*found, layout, model, Ts[view.id])
     believed, probability = look_again(
         leftover, model, shown, online.template.sigma_px, online.config.drift
     )

@@ -15,7 +15,7 @@ from aoicell.calibration.intrinsics import Intrinsics, calibrate_intrinsics
 from aoicell.calibration.poses import INTRINSIC_VIEWS, SETUP_MOTIONS, TABLE_2
 from aoicell.calibration.world import TripodView, WorldSetup, set_up_world
 from aoicell.errors import TargetNotFound
-from aoicell.localization import Localizer, localize
+from aoicell.localization import Localizer, localize, stay
 from aoicell.markerless import locate_by_texture
 from aoicell.nominal import Nominal, View
 from aoicell.observation import Cell, Observation, RobotState, capture_at
@@ -61,6 +61,7 @@ class Method:
 
 METHODS: Mapping[str, Method] = MappingProxyType(
     {
+        "uncorrected": Method("uncorrected", False, False, by_equations=False, localize=stay),
         "paper": Method("paper", all_views=False, all_markers=False, by_equations=True),
         "aoicell_one_look": Method("aoicell_one_look", True, True, by_equations=False),
         "aoicell": Method("aoicell", True, True, by_equations=False, looks=3),

@@ -10,8 +10,10 @@ import pytest
 from aoicell.benchmark.export import export
 from aoicell.benchmark.store import RunStore
 from aoicell.errors import InputError
+from aoicell.scenario import Scenario
 
 from .records_by_hand import refused, stored, trial, view
+from .test_inspection_summary import PARTS, board
 
 
 @pytest.fixture
@@ -47,6 +49,17 @@ def test_parquet_holds_the_same(store: RunStore, tmp_path: Path) -> None:
     assert table["reason"].to_pylist() == ["", "marker M1 is missing"]
     assert table["number"].to_pylist() == [0, 1]
     assert parquet.read_table(markers)["detected_px"].to_pylist() == [2.0, None]
+
+
+def test_a_run_that_inspects_has_its_boards_too(tmp_path: Path) -> None:
+    inspecting = Scenario(name="s", methods=["paper"], inspect=True)
+    store = stored(tmp_path / "run", [trial(inspection=board(PARTS))], scenario=inspecting)
+    written = {path.stem: path for path in export(store, tmp_path, "csv")}
+    assert list(written) == ["trials", "views", "markers", "boards", "parts", "registrations"]
+    with written["parts"].open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["component"] for row in rows] == [part.component for part in PARTS]
+    assert rows[3]["shift_error_mm"] == "0.04"
 
 
 def test_without_its_package_parquet_says_what_to_install(

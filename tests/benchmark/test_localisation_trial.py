@@ -17,7 +17,8 @@ from aoicell.resources import find
 from aoicell.scenario import load_scenario
 from aoicell.sim.adversity import CAUSES
 
-TRIALS = 3 * len(CAUSES)
+EACH = 2
+TRIALS = EACH * len(CAUSES)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +35,7 @@ def records(session: Session) -> list[TrialRecord]:
 
 
 def test_every_cause_has_its_turn(records: list[TrialRecord]) -> None:
-    assert Counter(r.injected for r in records) == dict.fromkeys(CAUSES, 3)
+    assert Counter(r.injected for r in records) == dict.fromkeys(CAUSES, EACH)
 
 
 def test_nothing_is_silently_wrong(session: Session, records: list[TrialRecord]) -> None:
@@ -48,8 +49,8 @@ def test_refusals_speak_of_what_went_wrong(session: Session, records: list[Trial
     refused = sum(c["refused"] for c in counts.values())
     assert refused >= 5  # or there was nothing to match
     assert sum(c["matched"] for c in counts.values()) >= 0.95 * refused
-    assert counts["none"]["corrected"] == 3
-    assert counts["moved_camera"]["reasons"] == {"contradicted": 3}
+    assert counts["none"]["corrected"] == EACH
+    assert counts["moved_camera"]["reasons"] == {"contradicted": EACH}
     assert counts["blur"]["refused"] + counts["occlusion"]["refused"] >= 1
 
 

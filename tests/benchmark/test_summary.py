@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from aoicell.benchmark.records import TrialRecord
-from aoicell.benchmark.summary import statistics, summarise, summarise_method
+from aoicell.benchmark.statistics import statistics
+from aoicell.benchmark.summary import summarise, summarise_method
 from aoicell.scenario import Scenario
 
 from .records_by_hand import refused, stored, trial, view, world

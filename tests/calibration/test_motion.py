@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers.recorded import Conditions, draw_recording, spoil
 
-from aoicell.calibration.motion import Motion, examine_motion
+from aoicell.calibration.motion import Motion, examine_motion, unseen
 from aoicell.calibration.problem import Problem
 from aoicell.calibration.starts import sight_poses
 
@@ -69,3 +69,25 @@ def test_few_views_and_little_turning_are_poor() -> None:
     assert any("5 views" in s for s in motion.poor)
     timid = Conditions(views=10, tilt_deg=3.0, roll_deg=30.0)
     assert any("second axis" in s for s in motion_of(draw_recording(0, timid).problem).poor)
+
+
+def test_what_no_view_is_about_is_named() -> None:
+    both = draw_recording(0, Conditions(views=4, boards=("hand", "tripod"))).problem
+    assert unseen(both) == []
+    hand = [replace(v, sights=tuple(s for s in v.sights if s.eye == "hand")) for v in both.views]
+    eye, fixture = unseen(both.with_views(hand))
+    assert "'tripod' sees no target in any view" in eye
+    assert "no view shows 'armtarget'" in fixture
+
+
+def test_a_lens_before_which_nothing_moves_cannot_be_told() -> None:
+    both = draw_recording(0, Conditions(views=4, boards=("hand", "tripod"))).problem
+    table = [
+        replace(v, sights=tuple(s for s in v.sights if s.fixture == "tabletarget"))
+        for v in both.views
+    ]
+    standing = replace(both, fixtures=both.fixtures[:1], views=tuple(table))
+    (sentence,) = unseen(standing)
+    assert "all that 'tripod' sees stands still before it" in sentence
+    known = tuple(replace(e, refine=e.name == "hand") for e in both.eyes)
+    assert unseen(replace(standing, eyes=known)) == []

@@ -11,11 +11,16 @@ from hypothesis import strategies as st
 
 from aoicell.datasets.manifest import Manifest, PairViews, PictureViews, load_manifest
 from aoicell.datasets.recording import read_recording
+from aoicell.datasets.writer import to_toml
 from aoicell.errors import InputError
 
 from .robots import MANIFEST
+from .two_cameras import MANIFEST as SHARED
 
 CAMERA = '[camera]\nintrinsics = "camera.yaml"\nrefine = true\n'
+SHARED_TARGET = SHARED[
+    SHARED.index("[[target]]") : SHARED.index('[[target]]\nkind = "chessboard"\nname = "arm"')
+].replace('"table"', '"second"')
 PAIRS = """mount = "eye_to_hand"
 [views]
 pairs = "samples.json"
@@ -59,14 +64,66 @@ def test_the_manifest_of_pose_pairs(tmp_path: Path) -> None:
 
 
 def test_several_cameras_have_pictures_of_their_own(tmp_path: Path) -> None:
-    text = MANIFEST.replace('images = "images/*.png"\n', "").replace(
-        "rows = 6", 'rows = 6\ncamera = "tripod"\nmount = "eye_to_hand"'
-    )
+    text = MANIFEST.replace('images = "images/*.png"\n', "")
+    second = text[text.index("[[target]]") : text.index("[views]")]
+    own = text.replace("rows = 6", 'rows = 6\ncamera = "tripod"\nmount = "eye_to_hand"')
+    own += second.replace("rows = 6", 'rows = 6\ncamera = "hand"')
     cameras = '[[camera]]\nname = "hand"\nimages = "a/*"\n[[camera]]\nname = "tripod"\n'
-    manifest = load(tmp_path, text + cameras + 'images = "b/*"\n')
+    manifest = load(tmp_path, own + cameras + 'images = "b/*"\n')
     assert [camera.name for camera in manifest.cameras] == ["hand", "tripod"]
     assert manifest.target[0].mount == "eye_to_hand"
-    assert "key 'images' of camera 'tripod' is missing" in complaint(tmp_path, text + cameras)
+    assert [manifest.side_of(c) for c in manifest.cameras] == ["eye_in_hand", "eye_to_hand"]
+    assert "key 'images' of camera 'tripod' is missing" in complaint(tmp_path, own + cameras)
+
+
+def test_a_target_seen_by_two_cameras(tmp_path: Path) -> None:
+    manifest = load(tmp_path, SHARED)
+    assert manifest.target[0].camera == ["hand", "tripod"]
+    assert [manifest.side_of(c) for c in manifest.cameras] == ["eye_in_hand", "eye_to_hand"]
+    assert manifest.first_target_seen_by == "hand"
+    assert manifest.seen_by(manifest.cameras[1]) == list(manifest.target)
+    assert load(tmp_path, to_toml(manifest)) == manifest
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('name = "tripod"\nmount = "eye_to_hand"', 'name = "tripod"',
+         "key 'camera.1.mount' is missing; 'target.0' is seen by hand too"),
+        ('name = "hand"\nmount = "eye_in_hand"', 'name = "hand"',
+         "key 'camera.0.mount' is missing; 'target.0' is seen by tripod too"),
+        ('["hand", "tripod"]', '["hand", "tripd"]',
+         "'target.0.camera' = 'tripd' is no camera; did you mean 'tripod'?"),
+        ('["hand", "tripod"]', '["hand", "hand"]', "'hand' stands twice"),
+        ('["hand", "tripod"]', "[]", "'target.0.camera' = []: "),
+        ('["hand", "tripod"]', '"tripod"', "no target names camera 'hand'"),
+        ('name = "tripod"\nmount = "eye_to_hand"', 'name = "tripod"\nmount = "table"',
+         "'camera.1.mount' = 'table': give one of 'eye_in_hand', 'eye_to_hand'"),
+    ],
+)  # fmt: skip
+def test_what_two_cameras_leave_open_is_named(
+    tmp_path: Path, old: str, new: str, expected: str
+) -> None:
+    assert old in SHARED
+    assert expected in complaint(tmp_path, SHARED.replace(old, new))
+
+
+def test_targets_of_both_mounts_leave_the_cameras_open(tmp_path: Path) -> None:
+    text = SHARED.replace('["hand", "tripod"]', '"tripod"').replace(
+        'name = "hand"\nmount = "eye_in_hand"\n', 'name = "hand"\n'
+    )
+    text = text.replace('name = "tripod"\nmount = "eye_to_hand"', 'name = "tripod"')
+    text = text.replace(
+        "[views]", SHARED_TARGET.replace('["hand", "tripod"]', '"hand"') + "[views]"
+    )
+    message = complaint(tmp_path, text)
+    assert "key 'camera.1.mount' is missing; its targets differ in their mount" in message
+
+
+def test_a_camera_beside_all_its_targets_is_refused(tmp_path: Path) -> None:
+    text = MANIFEST + CAMERA + 'mount = "eye_to_hand"\n'
+    assert "the arm moves none of them in a picture" in complaint(tmp_path, text)
+    assert load(tmp_path, text.replace('"eye_to_hand"', '"eye_in_hand"')).camera[0].mount
 
 
 # -- What is refused ---------------------------------------------------------------------

@@ -52,7 +52,7 @@ def test_a_recording_with_a_table(tmp_path: Path, pairing: str) -> None:
     (camera,) = recording.cameras
     assert (camera.size, camera.intrinsics, camera.refine) == ((64, 48), None, True)
     (target,) = recording.targets
-    assert (target.camera, target.mount) == ("camera", "eye_in_hand")
+    assert (target.camera, target.mount) == (["camera"], "eye_in_hand")
 
 
 def test_a_shuffled_table_is_paired_by_name(tmp_path: Path) -> None:
@@ -199,7 +199,9 @@ def test_two_cameras_share_their_poses(tmp_path: Path) -> None:
     record(tmp_path)
     write_pictures(tmp_path / "tripod", IDS[:4], size=(32, 24))
     text = MANIFEST.replace('images = "images/*.png"\n', "").replace("order", "name")
+    second = text[text.index("[[target]]") : text.index("[views]")]
     text = text.replace("rows = 6", 'rows = 6\ncamera = "tripod"\nmount = "eye_to_hand"')
+    text += second.replace("rows = 6", 'rows = 6\ncamera = "hand"')
     text += '[[camera]]\nname = "hand"\nimages = "images/*.png"\n'
     text += '[[camera]]\nname = "tripod"\nimages = "tripod/*.png"\n'
     recording = read_recording(write_manifest(tmp_path, text))
@@ -207,7 +209,8 @@ def test_two_cameras_share_their_poses(tmp_path: Path) -> None:
         ["hand", "tripod"], ["hand"]
     ]  # fmt: skip
     assert [camera.size for camera in recording.cameras] == [(64, 48), (32, 24)]
-    assert recording.targets[0].mount == "eye_to_hand"
+    assert [camera.mount for camera in recording.cameras] == ["eye_in_hand", "eye_to_hand"]
+    assert [target.camera for target in recording.targets] == [["tripod"], ["hand"]]
 
 
 def test_pictures_may_be_colour_or_sixteen_bit(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ def noisy(scenario: Scenario, seed: int = 0, where: str = "run") -> Snapshot:
             )
             length = np.sqrt(x**2 + y**2 + z**2)
             px = 4 * length + 0.1 * rng.random((worlds, each))
-            values = dict(zip(DECIMALS, (x, y, z, length, px), strict=True))
+            values = dict(zip(DECIMALS, (x, y, z, length, px, length), strict=True))
             rounded = {name: np.round(values[name], digits) for name, digits in DECIMALS.items()}
             outcome = np.full((worlds, each), "corrected")
             trials[case.index, method] = MethodTrials(outcome, rounded)
@@ -42,6 +42,8 @@ def changed(
 ) -> Snapshot:
     """The same with other outcomes (W, T), or with quantities (W, T) replaced, of one method."""
     trials = dict(taken.trials)
+    if "residual_mm" in values:  # no bound is stated
+        values.setdefault("unwarned_mm", values["residual_mm"])
     for (case, name), old in taken.trials.items():
         if name == method:
             new = old.outcome if outcome is None else np.broadcast_to(outcome, old.outcome.shape)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from report.page_runs import last_refused, pictured, whole_page
+from report import inspection_runs
+from report.page_runs import last_refused, page_without_figures, pictured, whole_page
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser")
 
@@ -208,4 +209,110 @@ def test_on_paper_both_pictures_stand_side_by_side(
     assert first["x"] + first["width"] <= second["x"]
     assert not window.page.locator("nav").is_visible()
     assert len(window.page.pdf(format="A4")) > 20_000
+    window.page.context.close()
+
+
+# -- The review of an inspection --------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def inspecting(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("inspecting")
+    page = page_without_figures(inspection_runs.pictured(folder, inspection_runs.records()))
+    path = folder / "report.html"
+    path.write_text(page.raw, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def reviewer(browser: "playwright.Browser", inspecting: Path) -> Iterator[Window]:
+    window = opened(browser, inspecting, 1280, 900)
+    yield window
+    assert window.complaints == []
+    assert [url for url in window.requests if not url.startswith(("file://", "data:"))] == []
+    window.page.context.close()
+
+
+def _shown(review: "playwright.Locator") -> list[str]:
+    """Which of the three pictures can be seen."""
+    return [
+        name
+        for name in ("picture", "reference", "difference")
+        if review.locator(f"img.{name}").is_visible()
+    ]
+
+
+def test_the_pictures_of_a_review_are_switched_by_click_and_by_keys(reviewer: Window) -> None:
+    first, second = (reviewer.page.locator(".review").nth(k) for k in range(2))
+    assert _shown(first) == ["picture"]
+    first.get_by_role("button", name="Difference").click()
+    assert _shown(first) == ["difference"]
+    assert _shown(second) == ["picture"]  # each on its own
+    reviewer.page.keyboard.press("Shift+Tab")
+    reviewer.page.keyboard.press("Enter")
+    assert _shown(first) == ["reference"]
+    pressed = first.locator('button[data-layer][aria-pressed="true"]')
+    assert pressed.all_inner_texts() == ["Reference"]
+
+
+def test_boxes_are_switched_off_and_stay_on_every_picture(reviewer: Window) -> None:
+    first = reviewer.page.locator(".review").first
+    box = first.locator("rect").first
+    for layer in ("Reference", "Difference", "Picture"):
+        first.get_by_role("button", name=layer).click()
+        assert box.is_visible()
+    switch = first.get_by_role("button", name="Boxes")
+    switch.focus()
+    reviewer.page.keyboard.press("Space")
+    assert not box.is_visible()
+    assert switch.get_attribute("aria-pressed") == "false"
+    switch.click()
+    assert box.is_visible()
+
+
+def test_a_box_lies_where_its_part_is(reviewer: Window) -> None:
+    """Pictures are 320 px wide, the box of C1 begins at 150 px."""
+    first = reviewer.page.locator(".review").first
+    picture = first.locator("img.picture").bounding_box()
+    box = first.locator('[data-finding="1"] rect').bounding_box()
+    assert picture is not None
+    assert box is not None
+    middle = (box["x"] + box["width"] / 2 - picture["x"]) / picture["width"]
+    assert middle == pytest.approx(160 / 320, abs=0.005)
+
+
+def test_a_finding_marks_its_box(reviewer: Window) -> None:
+    worst = reviewer.page.locator(".board", has_text="1 escaped")
+    worst.locator(".findings li").nth(1).hover()
+    assert worst.locator("g.chosen").get_attribute("data-finding") == "2"
+    reviewer.page.mouse.move(0, 0)
+    assert worst.locator("g.chosen").count() == 0
+
+
+def test_a_review_fits_a_phone(browser: "playwright.Browser", inspecting: Path) -> None:
+    window = opened(browser, inspecting, 390, 844)
+    assert window.page.evaluate("document.documentElement.scrollWidth") <= 390
+    too_wide = window.page.evaluate(
+        "Array.from(document.querySelectorAll('.review, .findings li, .findings img, .switches'))"
+        ".filter(e => e.getBoundingClientRect().right > 390).map(e => e.outerHTML.slice(0, 80))"
+    )
+    assert too_wide == []
+    window.page.context.close()
+
+
+def test_on_paper_the_three_pictures_of_a_view_stand_side_by_side(
+    browser: "playwright.Browser", inspecting: Path
+) -> None:
+    window = opened(browser, inspecting, 794, 1123)
+    window.page.emulate_media(media="print")
+    review = window.page.locator(".review").first
+    assert _shown(review) == ["picture", "reference", "difference"]
+    pictures = [review.locator("img").nth(k).bounding_box() for k in range(3)]
+    edges = [(box["x"], box["x"] + box["width"]) for box in pictures if box is not None]
+    assert edges[0][1] <= edges[1][0]
+    assert edges[1][1] <= edges[2][0]
+    box = review.locator("rect").first.bounding_box()
+    assert box is not None
+    assert edges[0][0] < box["x"] < edges[0][1]  # on the picture
+    assert not review.locator(".switches").is_visible()
     window.page.context.close()

@@ -11,8 +11,14 @@ from rich.table import Table
 
 from aoicell.benchmark.records import TrialRecord, WorldRecord
 from aoicell.benchmark.summary import summarise
-from aoicell.report.tables import hand_eye_table, residual_table, summary_table
+from aoicell.report.tables import (
+    hand_eye_table,
+    inspection_tables,
+    residual_table,
+    summary_table,
+)
 from aoicell.scenario import Scenario
+from report import inspection_runs
 
 SCENARIO = Scenario(name="s", methods=["paper", "aoicell"])
 
@@ -111,3 +117,25 @@ def test_a_run_in_which_all_was_refused_still_has_its_tables(tmp_path: Path) -> 
     assert numbers(residual_table(trials, "paper"), "mean") == []
     table = summary(tmp_path, trials, [world()])
     assert numbers(table, "paper, mean of 0") == []
+
+
+def test_an_inspection_has_a_column_a_method(tmp_path: Path) -> None:
+    store = inspection_runs.finished(tmp_path, inspection_runs.records())
+    headline, by_kind = inspection_tables(store.read_json("summary.json"))
+    assert numbers(headline, "boards") == [2, 2, 2]
+    assert numbers(headline, "planted defects") == [2, 4, 4]
+    assert numbers(headline, "detection rate, %") == [0, 75, 100, 99]  # the last is asked for
+    assert numbers(headline, "false calls, %") == [0, 0.51, 0, 0.1]
+    assert numbers(headline, "parts without a verdict") == [200, 0, 0]
+    assert numbers(by_kind, "missing") == [0, 2, 0, 1, 2, 50, 2, 2, 100]
+    assert numbers(by_kind, "shifted") == [0, 0, 2, 2, 100, 2, 2, 100]  # none in view
+
+
+def test_an_inspection_without_defects_has_no_table_by_kind(tmp_path: Path) -> None:
+    good = [
+        inspection_runs.board(0, method, inspection_runs.inspected())
+        for method in inspection_runs.METHODS
+    ]
+    summary = inspection_runs.finished(tmp_path, good).read_json("summary.json")
+    [headline] = inspection_tables(summary)
+    assert numbers(headline, "good parts") == [100, 100, 100]

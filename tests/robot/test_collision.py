@@ -63,3 +63,37 @@ def test_a_missing_mesh_is_named(nominal: Nominal) -> None:
     lost = Solid("lamp", Path("no_such.stl"), SE3.Identity())
     with pytest.raises(ModelError, match="no such mesh; the solid 'lamp' needs it"):
         CollisionModel(nominal.arm, [lost])
+
+
+def test_an_arm_of_plain_shapes(second_cell: Nominal) -> None:
+    q = second_cell.q_home
+    assert CollisionModel(second_cell.arm).touching(q) is None
+    place = second_cell.arm.fk(q) * translation(z=0.02)
+    stone = Solid("stone", (0.1, 0.1, 0.1), place)
+    pair = CollisionModel(second_cell.arm, [stone]).touching(q)
+    assert pair is not None
+    assert pair[1] == "stone"
+
+
+# -- Lines of sight, and how far anything moves ----------------------------------------------------
+
+
+@pytest.mark.parametrize(("aside", "across"), [(0.0, True), (0.009, True), (0.011, False)])
+def test_a_body_stands_between_two_points(nominal: Nominal, aside: float, across: bool) -> None:
+    sign = Solid("sign", (0.02, 0.02, 0.002), translation(aside, 2.0, 1.445))
+    cell = CollisionModel(nominal.arm, [sign])
+    seen = cell.between(Q, [0, 2.0, 1.0], [0, 2.0, 1.6])
+    assert seen == ("sign" if across else None)
+    assert cell.between(Q, [0, 2.0, 1.5], [0, 2.0, 1.6]) is None, "it is not on this stretch"
+    assert cell.between(Q, [0, 2.0, 1.0], [0, 2.0, 1.6], ignored=["sign"]) is None
+
+
+def test_the_arm_stands_between_where_it_is(nominal: Nominal) -> None:
+    cell = CollisionModel(nominal.arm)
+    line = [-0.5, 0.7, 1.445], [0.5, 0.7, 1.445]  # through the forearm at Q
+    hit = cell.between(Q, *line)
+    assert hit is not None
+    assert hit.startswith("link_4")
+    up = Q.copy()
+    up[1] = np.radians(-60)
+    assert cell.between(up, *line) is None

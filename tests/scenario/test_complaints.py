@@ -49,10 +49,16 @@ from scenario.written import NAME, complaint
         ("profile = 3", "'profile' = 3: give one of 'ideal', 'typical', 'paper'"),
         (
             "methods = [3]",
-            "'methods.0' = 3: give one of 'paper', 'aoicell_one_look', 'aoicell', 'markerless'",
+            "'methods.0' = 3: give one of 'uncorrected', 'paper', 'aoicell_one_look', 'aoicell', "
+            "'markerless'",
         ),
         ('methods = "paper"', "'methods' = 'paper': give a list of at least one value"),
         ("cell = 3", "'cell' = 3: give a text"),
+        ("views = 3", "'views' = 3: give a text"),
+        ('views = "nowhere.toml"', "'views' = 'nowhere.toml': there is no such file; name a file"),
+        ("inspect = true\nvisit = false", "'inspect' goes with visit = true and pictures = true"),
+        ("[inspection]\ndefects = 101", "'inspection.defects' = 101: give an integer from 0"),
+        ('[inspection]\nkinds = ["mising"]', "'inspection.kinds.0' = 'mising': did you mean 'mis"),
         ("seed = 1.5", "'seed' = 1.5: give an integer from 0 to 4294967295"),
         ('seed = "many"', "'seed' = 'many': give an integer from 0 to 4294967295"),
         ("seed = true", "'seed' = True: give an integer from 0 to 4294967295"),

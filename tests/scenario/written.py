@@ -22,6 +22,8 @@ trials_per_world = 2
 methods = ["aoicell", "paper"]
 pictures = true
 visit = false
+views = "../cell/../models/server_board/targets.toml"
+inspect = false
 inject = ["none", "glare"]
 colour = true
 tolerance_mm = 2.5
@@ -42,6 +44,12 @@ adc_bits = 12
 [marker]
 kind = "coded"
 pitch_mm = 30
+
+[inspection]
+defects = 4
+kinds = ["missing", "shifted"]
+reference = "virtual"
+golden_samples = 2
 
 [store]
 images = true

@@ -109,14 +109,17 @@ def tallest_tower(board: BoardDesign) -> tuple[Component, ...]:
     return tuple(tower)
 
 
-def test_under_draws_of_paper(nominal: Nominal, commanded: dict[str, Array]) -> None:
+@pytest.mark.parametrize(
+    "draws", [range(10), pytest.param(range(10, DRAWS), marks=pytest.mark.slow)], ids=str
+)
+def test_under_draws_of_paper(nominal: Nominal, commanded: dict[str, Array], draws: range) -> None:
     # No picture is taken. So the tallest component, with what it stands on, stands for all (they
     # collide as one box), and the lenses need no maps: what is seen is projected with the drawn
     # cameras all the same.
     tower = tallest_tower(nominal.board)
     bare = replace(nominal, board=replace(nominal.board, components=tower))
     found = []
-    for index in range(DRAWS):
+    for index in draws:
         as_built = draw(nominal, PAPER, seed=0, world=index)
         straight = replace(as_built.geometry, cameras=nominal.cameras)
         world = World(bare, replace(as_built, geometry=straight))

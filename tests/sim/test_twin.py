@@ -24,7 +24,7 @@ def twin(nominal: Nominal) -> Iterator[NominalTwin]:
 
 
 def test_it_has_no_seed_and_sees_no_truth() -> None:
-    assert list(inspect.signature(NominalTwin).parameters) == ["nominal"]
+    assert list(inspect.signature(NominalTwin).parameters) == ["nominal", "part"]
     assert list(inspect.signature(NominalTwin.render).parameters) == [
         "self", "T_base_camera", "T_base_board",
     ]  # fmt: skip

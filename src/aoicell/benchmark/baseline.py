@@ -39,6 +39,7 @@ class _Method(_Strict):
     z_mm: _Numbers
     residual_mm: _Numbers
     detected_px: _Numbers
+    unwarned_mm: _Numbers
 
 
 class _File(_Strict):

@@ -1,4 +1,4 @@
-"""A run's trials, views and markers as tables for other programs: CSV and Parquet."""
+"""A run's store as tables for other programs: CSV and Parquet."""
 
 import csv
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from aoicell.benchmark.store import TABLES, Columns, RunStore
+from aoicell.benchmark.store import OF_INSPECTIONS, TABLES, Columns, RunStore
 from aoicell.errors import InputError
 
 Format = Literal["csv", "parquet"]
@@ -15,11 +15,13 @@ Format = Literal["csv", "parquet"]
 def export(store: RunStore, folder: Path, format: Format) -> list[Path]:
     """Write `trials`, `views` and `markers` into a folder.
 
-    One row a trial and method, one a view of them, one a marker in a view. Raises InputError
+    One row a trial and method, one a view of them, one a marker in a view. Of a run that inspects
+    also `boards`, `parts` (planted defects and false calls) and `registrations`. Raises InputError
     when the package for Parquet is missing, or when an older version made the run.
     """
     write = {"csv": _write_csv, "parquet": _write_parquet}[format]
-    tables = {name: store.columns(name) for name in TABLES}
+    idle = () if store.scenario().inspect else OF_INSPECTIONS
+    tables = {name: store.columns(name) for name in TABLES if name not in idle}
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, columns in tables.items():

@@ -29,7 +29,7 @@ def quantities(trials: MethodTrials, tolerance_mm: float) -> dict[str, Array]:
     events = {
         "refused": trials.outcome == "refused",
         "failed": trials.outcome == "failed",
-        "silent_wrong": values["residual_mm"] > tolerance_mm,
+        "silent_wrong": corrected & (trials.values["unwarned_mm"] > tolerance_mm),
         "undetected": corrected & np.isnan(values["detected_px"]),
     }
     return {**values, **{name: event.astype(float) for name, event in events.items()}}

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import beta, binomtest, norm, t
+from scipy.special import bdtr, betaincinv, ndtri, stdtr, stdtrit
 
 from aoicell.transforms import Array
 
@@ -80,11 +80,11 @@ def _student(
 ) -> Evidence:
     """A change of means from its standard error, and that of the sum of both means."""
     change, both = float(after - before), float(after + before)
-    half = float(t.isf(level / 2, freedom)) * error
-    p = 2 * t.sf(abs(change) / error, freedom) if error else float(change == 0)
+    half = float(-stdtrit(freedom, level / 2)) * error
+    p = 2 * stdtr(freedom, -abs(change) / error) if error else float(change == 0)
     # |after| < |before| means that the sum of the two has the other sign than their difference
-    nearer = -both * np.sign(change) > t.isf(_SURE, freedom) * error_of_sum
-    found = half + t.isf(1 - POWER, freedom) * error
+    nearer = -both * np.sign(change) > -stdtrit(freedom, _SURE) * error_of_sum
+    found = half + stdtrit(freedom, POWER) * error
     return Evidence(
         float(before), float(after), change - half, change + half, float(p), float(found),
         bool(nearer),
@@ -97,7 +97,7 @@ def paired_rates(before: Flags, after: Flags, level: float) -> Evidence:
     came, went = int((after & ~before).sum()), int((before & ~after).sum())
     q_came, q_went = (came + 1) / (n + 2), (went + 1) / (n + 2)
     centre = q_came - q_went
-    half = float(norm.isf(level / 2) * np.sqrt((q_came + q_went - centre**2) / (n + 2)))
+    half = float(-ndtri(level / 2) * np.sqrt((q_came + q_went - centre**2) / (n + 2)))
     p = _mcnemar(came, went)
     found = _detectable_rate(n, lambda k: _mcnemar(k, 0) <= level)
     return Evidence(
@@ -107,7 +107,7 @@ def paired_rates(before: Flags, after: Flags, level: float) -> Evidence:
 
 
 def _mcnemar(came: int, went: int) -> float:
-    return float(binomtest(came, came + went).pvalue) if came + went else 1.0
+    return min(1.0, 2 * float(bdtr(min(came, went), came + went, 0.5)))
 
 
 def unpaired_rates(before: Array, after: Array, level: float) -> Evidence:
@@ -134,7 +134,7 @@ def unpaired_rates(before: Array, after: Array, level: float) -> Evidence:
 def _detectable_rate(n: int, found: Callable[[int], bool]) -> float | None:
     """The rate with which so many of `n` units are hit in 80 % of all cases that it is found."""
     k = bisect_left(range(n + 1), True, key=found)
-    return float(beta.ppf(POWER, k, n - k + 1)) if k <= n else None
+    return float(betaincinv(k, n - k + 1, POWER)) if k <= n else None
 
 
 def holm(ps: Sequence[float], alpha: float) -> list[bool]:

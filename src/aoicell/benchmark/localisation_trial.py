@@ -7,20 +7,14 @@ enough for thousands of trials in which something goes wrong.
 import time
 from dataclasses import replace
 
+from aoicell.benchmark.displacement import draw_displacement, motion_about
 from aoicell.benchmark.records import Outcome, ViewRecord
 from aoicell.benchmark.scoring import residual_record
-from aoicell.benchmark.trial import (
-    Session,
-    TrialResult,
-    blank_record,
-    draw_displacement,
-    motion_about,
-)
+from aoicell.benchmark.trial import Session, TrialResult, blank_record
 from aoicell.correction import Correction
 from aoicell.errors import Refused
 from aoicell.online import look, relocate
-from aoicell.scenario import Displacement
-from aoicell.scenario.model import ShiftRange, TurnRange
+from aoicell.scenario import Displacement, ShiftRange, TurnRange
 from aoicell.sim.adversity import CAUSES, Cause, draw_adversity, injected
 from aoicell.sim.drawing import stream
 from aoicell.transforms import SE3

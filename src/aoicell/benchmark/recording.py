@@ -14,8 +14,8 @@ from typing import Any
 
 from PIL import Image as Pillow
 
+from aoicell.benchmark.displacement import draw_displacement
 from aoicell.benchmark.environment import describe_environment
-from aoicell.benchmark.trial import draw_displacement
 from aoicell.calibration.poses import TABLE_2
 from aoicell.camera import Camera
 from aoicell.datasets.pose_writer import write_poses

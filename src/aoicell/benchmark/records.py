@@ -47,6 +47,59 @@ class ViewRecord:
 
 
 @dataclass(frozen=True)
+class PartRecord:
+    """A component that was wrong, or was called so, and what the inspection said of it.
+
+    `planted` is the kind of defect, "" where the part is good; `tolerated` that its tolerance
+    class allows the defect, so the part is good after all. `state` is the verdict, "" of a foreign
+    object that was not noticed; `called` whether it was reported. `shift_error_mm` is the distance
+    of the measured from the true shift, where a shift was planted. The box is in the picture.
+    """
+
+    component: str
+    kind: str
+    planted: str
+    tolerated: bool
+    width_mm: float
+    depth_mm: float
+    shift_mm: float
+    rotation_deg: float
+    state: str
+    called: bool
+    confidence: float | None
+    shift_error_mm: float | None
+    view: str
+    box_px: list[float] | None
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class RegistrationRecord:
+    """One view: how the inspection itself rates its registration, and its true error (px)."""
+
+    view: str
+    state: str
+    own_px: float | None
+    error_px: float | None
+
+
+@dataclass(frozen=True)
+class InspectionRecord:
+    """A board's inspection: its planted defects, what was called, and how many parts were good.
+
+    `parts` has every planted defect and every false call; `no_verdict` counts parts, `unseen`
+    those that lie under others, so that no view can show them.
+    """
+
+    verdict: str
+    good_components: int
+    no_verdict: int
+    unseen: int
+    parts: list[PartRecord]
+    registrations: list[RegistrationRecord]
+
+
+@dataclass(frozen=True)
 class TrialRecord:
     """One method on one displacement, in one world of one case of the scenario.
 
@@ -70,6 +123,7 @@ class TrialRecord:
     views: list[ViewRecord]
     cause: str = ""
     injected: str = ""
+    inspection: InspectionRecord | None = None
 
 
 @dataclass(frozen=True)

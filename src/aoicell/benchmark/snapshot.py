@@ -14,7 +14,9 @@ from aoicell.resources import data_root
 from aoicell.scenario import Scenario, cases_of
 from aoicell.transforms import Array
 
-DECIMALS = {"x_mm": 4, "y_mm": 4, "z_mm": 4, "residual_mm": 4, "detected_px": 3}
+DECIMALS = {
+    "x_mm": 4, "y_mm": 4, "z_mm": 4, "residual_mm": 4, "detected_px": 3, "unwarned_mm": 4,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class MethodTrials:
 class Snapshot:
     """What is compared of a run, rounded; `trials` by case and method, `where` names it.
 
-    Cells' folders in `scenario` are relative to the project's data, or bare names.
+    Paths in `scenario` are relative to the project's data, or bare names.
     """
 
     where: str
@@ -91,12 +93,12 @@ def _refuse_gaps(
 
 
 def _portable(value: Any, key: str = "") -> Any:
-    """The scenario's values with folders of cells that mean the same on another machine."""
+    """The scenario's values with paths that mean the same on another machine."""
     if isinstance(value, Mapping):
         return {name: _portable(part, name) for name, part in value.items()}
     if isinstance(value, list):
         return [_portable(part, key) for part in value]
-    if key != "cell" or not value:
+    if key not in ("cell", "views") or not value:
         return value
     folder, root = Path(value), data_root()
     if folder == root / "cell":

@@ -18,8 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from aoicell.benchmark.records import TrialRecord, WorldRecord
-from aoicell.benchmark.values import QUANTITIES, marker_values, trial_values, view_values
+from aoicell.benchmark.records import InspectionRecord, TrialRecord, WorldRecord
+from aoicell.benchmark.values import (
+    OF_BOARDS,
+    QUANTITIES,
+    board_values,
+    marker_values,
+    trial_values,
+    view_values,
+)
 from aoicell.errors import InputError
 from aoicell.scenario import Scenario, load_scenario
 
@@ -40,8 +47,20 @@ CREATE TABLE IF NOT EXISTS views (
 CREATE TABLE IF NOT EXISTS markers (
   {_KEY}, view TEXT, marker TEXT, detected_px REAL, true_px REAL, image_mm REAL,
   PRIMARY KEY (case_index, world, trial, method, view, marker));
+CREATE TABLE IF NOT EXISTS boards (
+  {_KEY}, verdict TEXT, {", ".join(f"{name} REAL" for name in OF_BOARDS)},
+  PRIMARY KEY (case_index, world, trial, method));
+CREATE TABLE IF NOT EXISTS parts (
+  {_KEY}, component TEXT, kind TEXT, planted TEXT, tolerated INTEGER, width_mm REAL, depth_mm REAL,
+  shift_mm REAL, rotation_deg REAL, state TEXT, called INTEGER, confidence REAL,
+  shift_error_mm REAL, view TEXT,
+  PRIMARY KEY (case_index, world, trial, method, component));
+CREATE TABLE IF NOT EXISTS registrations (
+  {_KEY}, view TEXT, state TEXT, own_px REAL, error_px REAL,
+  PRIMARY KEY (case_index, world, trial, method, view));
 """
-TABLES = ("trials", "views", "markers")
+OF_INSPECTIONS = ("boards", "parts", "registrations")  # empty in a run that does not inspect
+TABLES = ("trials", "views", "markers", *OF_INSPECTIONS)
 Columns = dict[str, NDArray[Any]]
 
 
@@ -77,7 +96,7 @@ class RunStore:
         with closing(self._connect()) as connection:
             connection.executescript(_SCHEMA)
         self.write_json("environment.json", environment)
-        _write(self.folder / "scenario.toml", scenario.to_toml().encode())
+        write_whole(self.folder / "scenario.toml", scenario.to_toml().encode())
 
     @contextmanager
     def writing(self) -> Iterator["TrialWriter"]:
@@ -91,12 +110,12 @@ class RunStore:
 
     def write_json(self, name: str, values: Mapping[str, Any]) -> None:
         """A JSON file of the run directory."""
-        _write(self.folder / name, (json.dumps(values, indent=2) + "\n").encode())
+        write_whole(self.folder / name, (json.dumps(values, indent=2) + "\n").encode())
 
     def add_image(self, path: Path, png: bytes) -> None:
         """Keep an encoded picture."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        _write(path, png)
+        write_whole(path, png)
 
     def image_path(
         self, world: int, view: str, trial: int | None = None, method: str = "", case: int = 0
@@ -214,7 +233,7 @@ class TrialWriter:
             )
 
     def add_trial(self, seed: int, records: Iterable[TrialRecord]) -> None:
-        """Keep one trial with all its methods, views and markers, in one transaction."""
+        """Keep one trial with all its methods and all that belongs to them, in one transaction."""
         with self._connection:
             for r in records:
                 key = {"case_index": r.case, "world": r.world, "trial": r.trial, "method": r.method}
@@ -232,6 +251,18 @@ class TrialWriter:
                     self._insert("views", {**here, **view_values(v)})
                     for m in v.markers:
                         self._insert("markers", {**here, "marker": m.id, **marker_values(m)})
+                if r.inspection is not None:
+                    self._add_inspection(key, r.inspection)
+
+    def _add_inspection(self, key: Mapping[str, Any], inspection: InspectionRecord) -> None:
+        row = {**key, "verdict": inspection.verdict, **board_values(inspection)}
+        self._insert("boards", row)
+        for part in inspection.parts:
+            values = asdict(part)
+            del values["box_px"], values["reason"]  # they stay in the record
+            self._insert("parts", {**key, **values})
+        for registration in inspection.registrations:
+            self._insert("registrations", {**key, **asdict(registration)})
 
     def _insert(self, table: str, row: Mapping[str, Any]) -> None:
         names, marks = ", ".join(row), ", ".join("?" * len(row))
@@ -249,7 +280,7 @@ def _names_by_table() -> dict[str, list[str]]:
         }
 
 
-def _write(path: Path, data: bytes) -> None:
+def write_whole(path: Path, data: bytes) -> None:
     """The whole file or none of it, also for a process that is killed."""
     part = path.with_name(f".{path.name}.part")
     part.write_bytes(data)

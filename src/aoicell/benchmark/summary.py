@@ -1,18 +1,17 @@
 """A run in a few numbers: `summary.json`."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aoicell.benchmark.inspection_summary import inspections
 from aoicell.benchmark.records import WorldRecord
 from aoicell.benchmark.refusals import by_cause
+from aoicell.benchmark.statistics import statistics
 from aoicell.benchmark.store import Columns, RunStore
 from aoicell.benchmark.values import mean
 from aoicell.scenario import Scenario, cases_of
-
-Statistics = dict[str, float | None]
 
 # names in the summary, and in the store
 _QUANTITIES = {
@@ -27,18 +26,6 @@ _QUANTITIES = {
     "image_mm": "image_mm",
     "correction_seconds": "correction_seconds",
 }
-
-
-def statistics(values: Iterable[float | None] | NDArray[Any]) -> Statistics:
-    """Mean, median, 95th percentile and maximum; null when there is no value."""
-    known = np.array([np.nan if v is None else v for v in values], dtype=float)
-    known = known[np.isfinite(known)]
-    if known.size == 0:
-        return {"mean": None, "p50": None, "p95": None, "max": None}
-    p50, p95 = np.percentile(known, [50, 95])
-    return {
-        "mean": float(known.mean()), "p50": float(p50), "p95": float(p95), "max": float(known.max())
-    }  # fmt: skip
 
 
 def summarise_method(trials: Columns, tolerance_mm: float) -> dict[str, Any]:
@@ -74,12 +61,16 @@ def summarise(
 
     `methods` is over all trials; a scenario of several cases has them one by one in `cases`.
     """
+    results = summarise_columns(scenario, store.columns("trials"), store.worlds())
+    if scenario.inspect:
+        for method, inspection in inspections(store, scenario.methods).items():
+            results["methods"][method]["inspection"] = inspection
     return {
         "schema": 1,
         "scenario": scenario.name,
         "seed": scenario.seed,
         "profile": scenario.profile,
-        **summarise_columns(scenario, store.columns("trials"), store.worlds()),
+        **results,
         **({"injected": _injected(scenario, store)} if scenario.inject else {}),
         "trials_per_second": trials_per_second,
         "render_seconds_share": render_seconds_share,

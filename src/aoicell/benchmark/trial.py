@@ -2,16 +2,24 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from aoicell.benchmark.displacement import draw_displacement
+from aoicell.benchmark.inspection_trial import (
+    draw_population,
+    golden_pictures,
+    inspect_trial,
+    make_references,
+)
 from aoicell.benchmark.records import HandEyeRecord, Outcome, TrialRecord, WorldRecord
 from aoicell.benchmark.scoring import arm_floor_mm, score_view
 from aoicell.errors import Refused
+from aoicell.inspection import Reference
 from aoicell.methods import find_method
 from aoicell.nominal import Nominal
-from aoicell.observation import Cell, Observation
+from aoicell.observation import Cell, Image, Observation
 from aoicell.online import Online, OnlineConfig, Visited, look, relocate, visits
 from aoicell.pipeline import (
     Calibration,
@@ -24,10 +32,12 @@ from aoicell.pipeline import (
     teach,
 )
 from aoicell.registration import Template
-from aoicell.scenario import Displacement, Range, Scenario
+from aoicell.scenario import Scenario
 from aoicell.sim.cell import SimCell
-from aoicell.sim.drawing import draw, stream
+from aoicell.sim.drawing import draw
+from aoicell.sim.population import Population
 from aoicell.sim.projection import PicturelessCell, ProjectingDetector, measured_noise
+from aoicell.sim.twin import NominalTwin
 from aoicell.sim.world import World
 from aoicell.targets.detector import IN_PICTURES, Detector, Remembering
 from aoicell.transforms import (
@@ -35,7 +45,6 @@ from aoicell.transforms import (
     angle_of,
     distance_deg,
     distance_mm,
-    from_rvec,
     to_rvec,
 )
 
@@ -44,7 +53,11 @@ Tell = Callable[[str, Mapping[str, Calibration]], None]
 
 @dataclass(frozen=True)
 class Session:
-    """A world with its calibrations and templates, shared by all its trials, as in life."""
+    """A world with its calibrations and templates, shared by all its trials, as in life.
+
+    `golden` are pictures of further golden samples by view, `references` what each view is
+    compared with, made by a method's first inspection.
+    """
 
     scenario: Scenario
     nominal: Nominal
@@ -56,6 +69,8 @@ class Session:
     taught: TaughtPictures
     templates: dict[str, Template]
     T_base_board_taught: SE3
+    golden: Mapping[str, tuple[Image, ...]] = field(default_factory=dict)
+    references: dict[str, dict[str, Reference]] = field(default_factory=dict)
 
     def online(self, method: str) -> Online:
         """What a method brings to the online phase."""
@@ -116,6 +131,7 @@ def prepare_in(
         scenario, nominal, world, cell, detector, {m.name: m for m in methods},
         {m.name: calibrations[first[m.name].name] for m in methods}, taught,
         {m.name: templates[first[m.name].name] for m in methods}, world.T_base_board,
+        golden_pictures(scenario, world, cell, taught) if scenario.inspect else {},
     )  # fmt: skip
 
 
@@ -180,6 +196,8 @@ def run_trial(session: Session, trial: int) -> list[TrialResult]:
     world, scenario = session.world, session.scenario
     motion = draw_displacement(scenario, world, session.T_base_board_taught, trial)
     world.place_board(motion * session.T_base_board_taught)
+    population = draw_population(scenario, world, trial) if scenario.inspect else None
+    world.populate(population)
     attempts: dict[str, _Attempt] = {}
     results = []
     try:
@@ -188,41 +206,11 @@ def run_trial(session: Session, trial: int) -> list[TrialResult]:
             farthest = max(alike, key=lambda m: m.looks).name
             if farthest not in attempts:  # the first look of one is that of all that are alike
                 attempts[farthest] = _attempt(session, trial, farthest)
-            results.append(_result(session, trial, name, motion, attempts[farthest]))
+            result = _result(session, trial, name, motion, attempts[farthest])
+            results.append(_inspected(session, result, population) if population else result)
         return results
     finally:
         world.place_board(session.T_base_board_taught)
-
-
-def draw_displacement(
-    scenario: Scenario, world: World, T_base_board_taught: SE3, trial: int
-) -> SE3:
-    """T_base_motion of the board, about the true centre of its positioning marker."""
-    rng = stream(scenario.seed, world.as_built.world, trial, "displacement")
-    id = world.nominal.positioning.id
-    T_base_marker = T_base_board_taught * world.geometry.Ts_board_marker[id]
-    return motion_about(T_base_marker.translation, scenario.displacement, rng, trial)
-
-
-def motion_about(
-    centre: np.ndarray, displacement: Displacement, rng: np.random.Generator, trial: int
-) -> SE3:
-    """T_base_motion of a drawn displacement about a point (3,) in base."""
-
-    def uniform(range_: Range) -> float:
-        return float(rng.uniform(range_.min, range_.max))
-
-    drawn = uniform(displacement.shift_mm) if isinstance(displacement.shift_mm, Range) else None
-    shift = displacement.shift_mm[trial] if drawn is None else drawn  # type: ignore[index]
-    direction, axis = rng.uniform(0, 2 * np.pi, 2)
-    turn, tilt = np.radians([uniform(displacement.turn_deg), uniform(displacement.tilt_deg)])
-    lift = uniform(displacement.lift_mm)
-    shift_in_plane = np.sqrt(max(shift**2 - lift**2, 0.0))
-    step = np.array([shift_in_plane * np.cos(direction), shift_in_plane * np.sin(direction), lift])
-    lean = from_rvec([tilt * np.cos(axis), tilt * np.sin(axis), 0], np.zeros(3))
-    rotate = from_rvec([0, 0, turn], np.zeros(3)) * lean
-    to_centre = SE3(np.eye(3), np.array(centre))
-    return SE3(np.eye(3), step / 1e3) * to_centre * rotate * to_centre.inverse()
 
 
 @dataclass(frozen=True)
@@ -283,6 +271,22 @@ def _result(session: Session, trial: int, name: str, motion: SE3, attempt: _Atte
         ),
         images,
     )  # fmt: skip
+
+
+def _inspected(session: Session, result: TrialResult, population: Population) -> TrialResult:
+    """The same result with what an inspection makes of its pictures."""
+    name = result.record.method
+    if name not in session.references:
+        twin = session.scenario.inspection.reference == "virtual"
+        renderer = NominalTwin(session.nominal) if twin else None
+        session.references[name] = make_references(session.online(name), session.golden, renderer)
+        if renderer is not None:
+            renderer.close()
+    standards = {view.id: view.standard for view in session.taught.views}
+    inspection = inspect_trial(
+        result.images, session.references[name], population, session.world, standards
+    )
+    return replace(result, record=replace(result.record, inspection=inspection))
 
 
 def blank_record(session: Session, trial: int, name: str, motion: SE3) -> TrialRecord:

@@ -1,10 +1,16 @@
-"""A trial's quantities as plain numbers: of a marker, of a view, and means over the views."""
+"""A trial's quantities as plain numbers: of markers, views and boards, and means over views."""
 
 from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from aoicell.benchmark.records import MarkerRecord, TrialRecord, ViewRecord
+from aoicell.benchmark.records import (
+    InspectionRecord,
+    MarkerRecord,
+    PartRecord,
+    TrialRecord,
+    ViewRecord,
+)
 
 Values = Mapping[str, float | None]
 
@@ -13,6 +19,46 @@ QUANTITIES = (
     "residual_mm", "lateral_mm", "depth_mm", "deg", "predicted_mm", "bound_mm", "covered",
     "unwarned_mm", "x_mm", "y_mm", "z_mm", *OF_MARKERS,
 )  # fmt: skip
+
+OF_BOARDS = (
+    "defects",
+    "found",
+    "escapes_missing",
+    "good_components",
+    "false_calls",
+    "no_verdict",
+    "unseen",
+)
+SMALL_MM = (1.0, 0.5)  # a missing part of at least this size must not escape
+
+
+def board_values(board: InspectionRecord) -> Values:
+    """An inspection in numbers. Whatever its tolerance class allows is no defect.
+
+    `escapes_missing`: missing parts of at least `SMALL_MM` that were taken for present.
+    """
+    defects = [part for part in board.parts if part.planted and not part.tolerated]
+    return {
+        "defects": len(defects),
+        "found": sum(part.called for part in defects),
+        "escapes_missing": sum(escaped(part) for part in defects),
+        "good_components": board.good_components,
+        "false_calls": sum(is_false_call(part) for part in board.parts),
+        "no_verdict": board.no_verdict,
+        "unseen": board.unseen,
+    }
+
+
+def is_false_call(part: PartRecord) -> bool:
+    """Whether a good part was called wrong."""
+    return part.called and (not part.planted or part.tolerated)
+
+
+def escaped(part: PartRecord) -> bool:
+    """Whether a missing part that must not escape was said to be there."""
+    sides = sorted((part.width_mm, part.depth_mm), reverse=True)
+    large = sides[0] >= SMALL_MM[0] and sides[1] >= SMALL_MM[1]
+    return part.planted == "missing" and large and part.state == "present"
 
 
 def marker_values(marker: MarkerRecord) -> Values:

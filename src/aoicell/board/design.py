@@ -4,7 +4,8 @@ Frame `board`: origin at the centre of the PCB's top surface, z up. Metres and r
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,10 +20,26 @@ MARKER_ROLES = ("positioning", "measuring")
 
 
 @dataclass(frozen=True)
+class Tolerance:
+    """How far a good part may lie from its place: a distance (m), and a turn (rad) either way.
+
+    A turn of pi is every turn: what has no direction.
+    """
+
+    shift: float
+    rotation: float
+
+
+# of a part whose list names no class: a quarter of a land of 0.8 mm, a chip part's (IPC-A-610)
+DEFAULT_TOLERANCE = Tolerance(shift=0.2e-3, rotation=math.radians(5))
+
+
+@dataclass(frozen=True)
 class Component:
     """One part; `x, y` is the footprint's centre, `z` its underside above the board's surface.
 
-    Its own frame stands at the centre of its underside, turned by `rotation`.
+    Its own frame stands at the centre of its underside, turned by `rotation`. `tolerance` names
+    a class of the board's; "" for the default one.
     """
 
     id: str
@@ -36,6 +53,7 @@ class Component:
     height: float
     label: str
     on: str = ""
+    tolerance: str = ""
 
     @property
     def footprint(self) -> Array:
@@ -83,13 +101,29 @@ class MarkerDesign:
 
 @dataclass(frozen=True)
 class BoardDesign:
-    """The whole board; `size` is (x, y, thickness), `colour` the solder mask's RGB in 0..1."""
+    """The whole board; `size` is (x, y, thickness), `colour` the solder mask's RGB in 0..1.
+
+    `tolerances` are the classes that its components name.
+    """
 
     name: str
     size: tuple[float, float, float]
     colour: tuple[float, float, float]
     components: tuple[Component, ...]
     markers: tuple[MarkerDesign, ...]
+    tolerances: Mapping[str, Tolerance] = field(default_factory=dict, hash=False)
+
+    def tolerance(self, component: Component) -> Tolerance:
+        """How far that component may lie from its place; raises InputError for an unknown class."""
+        if not component.tolerance:
+            return DEFAULT_TOLERANCE
+        if component.tolerance not in self.tolerances:
+            hint = did_you_mean(component.tolerance, self.tolerances)
+            raise InputError(
+                f"board {self.name}: {component.id} names the tolerance class "
+                f"{component.tolerance!r}, which there is not; {hint}"
+            )
+        return self.tolerances[component.tolerance]
 
     def component(self, id: str) -> Component:
         """The component of that id; raises InputError with the nearest id when there is none."""

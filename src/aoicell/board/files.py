@@ -3,7 +3,7 @@
 import csv
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from aoicell.board.design import (
     BoardDesign,
     Component,
     MarkerDesign,
+    Tolerance,
 )
 from aoicell.board.layout import check_components, check_markers
 from aoicell.errors import ModelError, did_you_mean
@@ -24,6 +25,8 @@ from aoicell.toml_table import TomlTable
 from aoicell.transforms import Array
 
 COLUMNS = ("id kind x_mm y_mm rotation_deg width_mm depth_mm height_mm label on").split()
+TOLERANCE = "tolerance"  # one more column, which a list need not have
+MAX_TOLERANCE_MM = 50.0
 MAX_HEIGHT_MM = 60.0
 MAX_SIDE_MM = 1000.0  # no board or part of one that this project inspects is larger
 
@@ -35,14 +38,17 @@ def load_board(folder: Path) -> BoardDesign:
     size_mm = _within(table, "size_mm", 0.1, MAX_SIDE_MM, count=3)
     red, green, blue = _within(table, "colour", 0, 1, count=3)
     markers = table.each("marker") if "marker" in table.values else []
+    tolerances = _tolerances(table)
     csv_path = path.parent / table.text("components")
     rows = _read_rows(csv_path)
+    _check_tolerances(csv_path, rows, tolerances)
     board = BoardDesign(
         name=table.text("name"),
         size=(size_mm[0] / 1e3, size_mm[1] / 1e3, size_mm[2] / 1e3),
         colour=(red, green, blue),
         components=_stack(csv_path, rows),
         markers=tuple(map(_marker, markers)),
+        tolerances=tolerances,
     )
     check_markers(path, board)
     check_components(csv_path, board, {c.id: line for line, c in rows})
@@ -71,6 +77,22 @@ def _marker(table: TomlTable) -> MarkerDesign:
         role=_one_of(table, "role", MARKER_ROLES),
         code=_one_of(table, "code", codes) if "code" in table.values else codes[0],
     )
+
+
+def _tolerances(table: TomlTable) -> dict[str, Tolerance]:
+    """The tolerance classes, `[tolerance.<name>]`, by name."""
+    if TOLERANCE not in table.values:
+        return {}
+    classes = table.sub(TOLERANCE)
+    if not isinstance(classes.values, Mapping):
+        raise table.complaint(TOLERANCE, wanted=f"tables, [{TOLERANCE}.<name>]")
+    return {name: _tolerance(classes.sub(name)) for name in classes.values}
+
+
+def _tolerance(table: TomlTable) -> Tolerance:
+    shift_mm = _within(table, "shift_mm", 0.001, MAX_TOLERANCE_MM, count=1)[0]
+    rotation_deg = _within(table, "rotation_deg", 0.01, 180, count=1)[0]
+    return Tolerance(float(shift_mm) / 1e3, math.radians(rotation_deg))
 
 
 def _within(table: TomlTable, key: str, low: float, high: float, count: int) -> Array:
@@ -111,7 +133,8 @@ def _read_rows(path: Path) -> list[tuple[int, Component]]:
 
 def _row(path: Path, line: int, row: dict[str, Any]) -> Component:
     if None in row or None in row.values():
-        raise ModelError(f"{path}, line {line}: give exactly {len(COLUMNS)} values")
+        count = len(COLUMNS) + (TOLERANCE in row)
+        raise ModelError(f"{path}, line {line}: give exactly {count} values")
 
     def place(column: str) -> str:
         return f"{path}, line {line}, column {column}: {row[column]!r}"
@@ -141,7 +164,19 @@ def _row(path: Path, line: int, row: dict[str, Any]) -> Component:
         height=number("height_mm", 0.05, MAX_HEIGHT_MM) / 1e3,
         label=row["label"],
         on=row["on"],
+        tolerance=row.get(TOLERANCE, ""),
     )
+
+
+def _check_tolerances(
+    path: Path, rows: Iterable[tuple[int, Component]], known: Mapping[str, Tolerance]
+) -> None:
+    for line, component in rows:
+        if component.tolerance and component.tolerance not in known:
+            raise ModelError(
+                f"{path}, line {line}, column {TOLERANCE}: {component.tolerance!r} is no class of "
+                f"board.toml; {did_you_mean(component.tolerance, known)}"
+            )
 
 
 def _stack(path: Path, rows: list[tuple[int, Component]]) -> tuple[Component, ...]:

@@ -1,6 +1,6 @@
 """The checks on a board's layout: everything inside the outline, nothing over anything else."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,10 +33,11 @@ def check_components(path: Path, board: BoardDesign, lines: Mapping[str, int]) -
     """
     parents = {c.id: c.on for c in board.components}
     plates = [(m.id, m.plate(MARKER_CLEARANCE)) for m in board.markers]
-    done: list[tuple[Component, Array]] = []
+    footprints = {c.id: c.footprint for c in board.components}
+    near = _neighbours(board.components)
     for component in board.components:
         place = f"{path}, line {lines[component.id]}: {component.id}"
-        corners = component.footprint
+        corners = footprints[component.id]
         overhang = REAR_OVERHANG if component.kind == "connector" else 0.0
         if not _inside(corners, board, overhang):
             raise ModelError(f"{place} {_at(component.x, component.y)} {_leaves(board)}")
@@ -46,8 +47,8 @@ def check_components(path: Path, board: BoardDesign, lines: Mapping[str, int]) -
                     f"{place} is nearer than {MARKER_CLEARANCE * 1e3:g} mm to marker {marker_id};"
                     " move it away"
                 )
-        for other, other_corners in done:
-            if rectangles_overlap(corners, other_corners) and not (
+        for other in near[component.id]:
+            if rectangles_overlap(corners, footprints[other.id]) and not (
                 _stands_on(component.id, other.id, parents)
                 or _stands_on(other.id, component.id, parents)
             ):
@@ -55,7 +56,17 @@ def check_components(path: Path, board: BoardDesign, lines: Mapping[str, int]) -
                     f"{place} overlaps {other.id} (line {lines[other.id]}); move one, or name"
                     " in column on what it stands on"
                 )
-        done.append((component, corners))
+
+
+def _neighbours(components: Sequence[Component]) -> dict[str, list[Component]]:
+    """For each component those before it in the list that are near enough to overlap with it."""
+    centres = np.array([(c.x, c.y) for c in components]).reshape(-1, 2)
+    reach = np.array([np.hypot(c.width, c.depth) / 2 for c in components])
+    gaps = np.linalg.norm(centres[:, None] - centres[None], axis=2) - reach[:, None] - reach
+    return {
+        c.id: [components[j] for j in np.flatnonzero(gaps[k, :k] <= _TOLERANCE).tolist()]
+        for k, c in enumerate(components)
+    }
 
 
 def rectangles_overlap(a: Array, b: Array) -> bool:

@@ -13,7 +13,6 @@ import numpy as np
 from aoicell.calibration.diagnosis import (
     Size,
     lens_gap_px,
-    outliers,
     pixels_of,
     resized,
     shuffled,
@@ -22,7 +21,14 @@ from aoicell.calibration.diagnosis import (
     try_sizes,
 )
 from aoicell.calibration.half_turns import settle_half_turns
-from aoicell.calibration.motion import DEFAULT_MOTION, Motion, MotionLimits, examine_motion
+from aoicell.calibration.motion import (
+    DEFAULT_MOTION,
+    Motion,
+    MotionLimits,
+    examine_motion,
+    unseen,
+)
+from aoicell.calibration.outliers import outliers
 from aoicell.calibration.parameters import (
     DEFAULT_PRIOR,
     LENSES,
@@ -125,6 +131,7 @@ def calibrate(
                 f"views {', '.join(readings.unsettled)}: which way round the board is cannot be "
                 "told from the arm's motion"
             )
+    findings.refuse += unseen(posed.problem)
     findings.motion = examine_motion(posed.problem, posed.poses, config.motion)
     findings.refuse += [s for m in findings.motion for s in m.missing]
     findings.suspect += [s for m in findings.motion for s in m.poor]
@@ -164,7 +171,7 @@ def _choose(
     """The best model over the views that fit, sizes and intrinsics doubted."""
     problem = posed.problem
     best = _select(problem, start.estimate, start, findings, config)
-    bad = outliers(best)
+    bad = outliers(best, posed.poses, config.motion, config.prior)
     if bad.any():
         kept = [v for v, out in zip(problem.views, bad, strict=True) if not out]
         suspects = [v for v, out in zip(problem.views, bad, strict=True) if out]

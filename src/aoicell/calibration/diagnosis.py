@@ -1,7 +1,7 @@
 """What may be wrong with a recording, found after a first fit.
 
-Views that do not fit the others, pictures that belong to another pose, prints of another size
-than declared, intrinsics that the recording contradicts.
+Pictures that belong to another pose, prints of another size than declared, intrinsics that the
+recording contradicts.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,6 @@ from aoicell.calibration.closed_forms import scale_from_motion
 from aoicell.calibration.parameters import DEFAULT_PRIOR, LENSES, ArmPrior, Estimate, Model
 from aoicell.calibration.problem import (
     CalibrationView,
-    Mask,
     Problem,
     Sight,
     moves,
@@ -28,9 +27,6 @@ from aoicell.camera import Camera
 from aoicell.errors import Implausible
 from aoicell.transforms import SE3, Array
 
-# A view whose held-out error is so many times the usual one is an outlier. Among 30 good views
-# of six degrees of freedom the largest is about twice the median.
-_OUTLIER_RATIO = 5.0
 # A picture belongs to another pose when it fits there at least so many times better.
 _SHUFFLE_RATIO = 5.0
 
@@ -47,17 +43,6 @@ class Size:
     def wrong(self) -> bool:
         """Off by more than four standard deviations and by more than 0.1 %."""
         return bool(abs(self.factor - 1) > max(4 * self.std, 1e-3))
-
-
-def outliers(candidate: Candidate) -> Mask:
-    """Views (boolean mask) that do not fit what the others say."""
-    error = candidate.held_out.error
-    finite = error[np.isfinite(error)]
-    usual = float(np.median(finite)) if len(finite) else np.inf
-    far = ~(error <= _OUTLIER_RATIO * usual)
-    loose = candidate.solution.normal.view_weights < 0.25
-    found: Mask = far | loose
-    return found
 
 
 def shuffled(

@@ -62,6 +62,33 @@ def examine_motion(
     )
 
 
+def unseen(problem: Problem) -> list[str]:
+    """Eyes and fixtures that no view is about, and eyes before which nothing moves, as sentences.
+
+    `problem` may hold eyes that see nothing; a fixture that stands still tells no lens.
+    """
+    seen = pairs_seen(problem)
+    eyes, fixtures = {e.name for e, _ in seen}, {f.name for _, f in seen}
+    found = [
+        f"'{eye.name}' sees no target in any view; check its pictures and the targets' kinds, or "
+        "leave it out"
+        for eye in problem.eyes
+        if eye.name not in eyes
+    ]
+    found += [
+        f"no view shows '{fixture.name}'; check its kind and counts, or leave it out"
+        for fixture in problem.fixtures
+        if fixture.name not in fixtures
+    ]
+    moving = {e.name for e, f in seen if moves(e, f)}
+    return found + [
+        f"all that '{eye.name}' sees stands still before it, so that its intrinsics cannot be "
+        "told; give calibrated ones and refine = false, or show it a target that the arm moves"
+        for eye in problem.eyes
+        if eye.name in eyes - moving and eye.camera is not None and eye.refine
+    ]
+
+
 def _examine(
     problem: Problem, poses: SightPoses, eye: Eye, fixture: Fixture, limits: MotionLimits
 ) -> Motion:

@@ -19,7 +19,6 @@ from aoicell.calibration.bundle import Noise, normal_equations
 from aoicell.calibration.candidates import (
     CandidateConfig,
     candidates,
-    collision_model,
     free_path,
     hand_eye_start,
 )
@@ -43,6 +42,7 @@ from aoicell.calibration.problem import (
 )
 from aoicell.errors import Unreachable
 from aoicell.nominal import Nominal
+from aoicell.surroundings import collision_model
 from aoicell.transforms import Array, apply
 
 _EYE, _TARGET, _WORK = "hand", "tabletarget", "work"

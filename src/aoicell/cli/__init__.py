@@ -4,7 +4,33 @@ Exit codes: 0 done, 1 a check did not hold, 2 bad input, 3 refused by a quality 
 stopped by Ctrl-C. Results go to stdout (with --json for machines), messages to stderr.
 """
 
-from aoicell.cli import calibrate, check, machine, report, runs, scenarios, view
+from aoicell.cli import (
+    calibrate,
+    check,
+    line,
+    machine,
+    plan,
+    play,
+    report,
+    runs,
+    scan,
+    scenarios,
+    view,
+)
 from aoicell.cli.app import app, main
 
-__all__ = ["app", "calibrate", "check", "machine", "main", "report", "runs", "scenarios", "view"]
+__all__ = [
+    "app",
+    "calibrate",
+    "check",
+    "line",
+    "machine",
+    "main",
+    "plan",
+    "play",
+    "report",
+    "runs",
+    "scan",
+    "scenarios",
+    "view",
+]

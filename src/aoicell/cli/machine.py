@@ -35,7 +35,9 @@ def bench(
     if as_json:
         print(json.dumps(result))
         return
-    table = Table(*result["rows"][0], title=f"bench {name}", box=SIMPLE)
+    table = Table(title=f"bench {name}", box=SIMPLE)
+    for column in result["rows"][0]:
+        table.add_column(column, overflow="fold")  # a name that is cut could be another one's
     for row in result["rows"]:
         table.add_row(*(_shown(v) for v in row.values()))
     out.print(table)

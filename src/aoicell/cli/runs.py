@@ -33,7 +33,13 @@ from aoicell.report.figures import write_figures
 from aoicell.report.page import write_page
 from aoicell.report.paper import contradictions
 from aoicell.report.style import save
-from aoicell.report.tables import cases_table, hand_eye_table, residual_table, summary_table
+from aoicell.report.tables import (
+    cases_table,
+    hand_eye_table,
+    inspection_tables,
+    residual_table,
+    summary_table,
+)
 from aoicell.resources import find
 from aoicell.scenario import Scenario, cases_of, load_scenario
 
@@ -142,6 +148,8 @@ def _print_run(scenario: Scenario, summary: dict[str, Any], store: RunStore) -> 
     out.print(summary_table(summary, trials))
     if "cases" in summary:
         out.print(cases_table(summary))
+    for table in inspection_tables(summary) if scenario.inspect else ():
+        out.print(table)
     out.print(contradictions(), highlight=False)
 
 

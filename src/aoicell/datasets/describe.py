@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from aoicell.calibration.bundle import Solution
-from aoicell.calibration.problem import Fixture, Problem, moves, pairs_seen
+from aoicell.calibration.problem import Eye, Fixture, Problem, moves, pairs_seen
 from aoicell.calibration.verdict import CalibrationReport, ViewFinding
 from aoicell.datasets.results import HandEyeResult, TargetResult, ViewResult, to_json
 from aoicell.datasets.solve import Solved, scatter_mm
@@ -64,7 +64,7 @@ def hand_eye_result(solved: Solved) -> HandEyeResult:
     return HandEyeResult(
         mount="eye_in_hand" if eye.mount == "flange" else "eye_to_hand",
         T_mount_camera=estimate.T_mount_eye[eye.name],
-        targets=tuple(_target(report, solution, f) for f in _moved(solution.problem)),
+        targets=tuple(_target(report, solution, f) for f in _moved(solution.problem, eye)),
         verdict=report.verdict,
         reasons=report.reasons,
         warnings=warnings,
@@ -93,10 +93,9 @@ def _findings(solved: Solved) -> list[ViewFinding]:
     return result
 
 
-def _moved(problem: Problem) -> list[Fixture]:
-    """The fixtures, those that the arm moves before the first eye first."""
-    seen = {f.name for e, f in pairs_seen(problem) if e is problem.eyes[0] and moves(e, f)}
-    return sorted(problem.fixtures, key=lambda f: f.name not in seen)
+def _moved(problem: Problem, eye: Eye) -> list[Fixture]:
+    """The fixtures that the arm moves before an eye."""
+    return [f for e, f in pairs_seen(problem) if e is eye and moves(e, f)]
 
 
 def _target(report: CalibrationReport, solution: Solution, fixture: Fixture) -> TargetResult:
@@ -110,7 +109,9 @@ def _target(report: CalibrationReport, solution: Solution, fixture: Fixture) -> 
 def _targets(report: CalibrationReport, solution: Solution) -> list[Mapping[str, Any]]:
     """Every target in the frame that it stands in, whatever the others do."""
     described: list[Mapping[str, Any]] = []
-    for fixture in _moved(solution.problem):
+    problem = solution.problem
+    first = {f.name for f in _moved(problem, problem.eyes[0])}
+    for fixture in sorted(problem.fixtures, key=lambda f: f.name not in first):
         target = _target(report, solution, fixture)
         described.append(
             {

@@ -84,10 +84,12 @@ class CameraEntry(Strict):
 
     Without `intrinsics`, or with `refine = true`, they are estimated with the hand-eye.
     `camera_in_file` picks one out of a file that holds several. Several cameras are written as
-    [[camera]], each with `name` and `images` of its own.
+    [[camera]], each with `name` and `images` of its own. `mount` says on what this one stands:
+    on the flange (eye_in_hand) or in the base (eye_to_hand).
     """
 
     name: Name = "camera"
+    mount: Mount | None = None
     images: FilePath | None = None
     intrinsics: FilePath | None = None
     camera_in_file: str | None = None
@@ -143,12 +145,59 @@ class Manifest(Strict):
         _check_unique("camera", [camera.name for camera in self.cameras])
         _check_pictures(self.cameras, self.views)
         _check_named_cameras(self.cameras, self.target)
+        for index, camera in enumerate(self.cameras):
+            if len(self.cameras) > 1 and camera.mount is None:
+                self._check_side(index, camera)
+        if not any(self._across(camera) for camera in self.cameras):
+            raise ValueError(
+                "each camera stands where all its targets stand, so that the arm moves none of "
+                "them in a picture; check 'mount' of the cameras and the targets"
+            )
         return self
 
     @property
     def cameras(self) -> list[CameraEntry]:
         """The cameras; one that is estimated from nothing where the manifest names none."""
         return self.camera or [CameraEntry()]
+
+    def seen_by(self, camera: CameraEntry) -> list[TargetDescription]:
+        """The targets that a camera sees."""
+        only = len(self.cameras) == 1
+        return [t for t in self.target if camera.name in (t.camera or []) or only]
+
+    def side_of(self, camera: CameraEntry) -> Mount:
+        """On what a camera stands: as it says, else as all its targets say, else the recording."""
+        mounts = {target.mount or self.mount for target in self.seen_by(camera)}
+        return camera.mount or (mounts.pop() if len(mounts) == 1 else self.mount)
+
+    @property
+    def first_target_seen_by(self) -> str:
+        """The camera before which the arm moves the first target, or else the first it names."""
+        mount = self.target[0].mount or self.mount
+        mine = [c for c in self.cameras if self.target[0] in self.seen_by(c)]
+        return next((c.name for c in mine if self.side_of(c) == mount), mine[0].name)
+
+    def _across(self, camera: CameraEntry) -> bool:
+        """Whether the arm moves any target before a camera."""
+        return self.side_of(camera) in {t.mount or self.mount for t in self.seen_by(camera)}
+
+    def _check_side(self, index: int, camera: CameraEntry) -> None:
+        """Beside others, a camera whose targets do not tell its place has to say it."""
+        mine = self.seen_by(camera)
+        shared = next(
+            (k for k, t in enumerate(self.target) if t in mine and len(t.camera or []) > 1), None
+        )
+        why = ""
+        if shared is not None:
+            others = [name for name in self.target[shared].camera or [] if name != camera.name]
+            why = f"'target.{shared}' is seen by {', '.join(others)} too"
+        elif len({t.mount or self.mount for t in mine}) > 1:
+            why = "its targets differ in their mount"
+        if why:
+            raise ValueError(
+                f"key 'camera.{index}.mount' is missing; {why}, so say on what camera "
+                f"'{camera.name}' stands: 'eye_in_hand' (flange) or 'eye_to_hand' (base)"
+            )
 
 
 def _check_unique(key: str, names: list[str]) -> None:
@@ -184,11 +233,17 @@ def _check_named_cameras(cameras: list[CameraEntry], targets: list[TargetDescrip
                 f"key 'target.{index}.camera' is missing; with several cameras name one of "
                 f"{', '.join(names)}"
             )
-        if target.camera is not None and target.camera not in names:
-            raise ValueError(
-                f"'target.{index}.camera' = {target.camera!r} is no camera; "
-                f"{did_you_mean(target.camera, names)}"
-            )
+        for name in target.camera or []:
+            if name not in names:
+                raise ValueError(
+                    f"'target.{index}.camera' = {name!r} is no camera; {did_you_mean(name, names)}"
+                )
+    idle = [n for n in names if len(names) > 1 and not any(n in (t.camera or []) for t in targets)]
+    if idle:
+        raise ValueError(
+            f"no target names camera '{idle[0]}'; give it in 'camera' of a [[target]], or leave "
+            "this camera out"
+        )
 
 
 def load_manifest(path: Path) -> Manifest:

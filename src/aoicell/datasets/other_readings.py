@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from aoicell.calibration.half_turns import settle_half_turns
-from aoicell.calibration.problem import Problem, pairs_seen, sights_of
+from aoicell.calibration.problem import Problem, moves, pairs_seen, sights_of
 from aoicell.calibration.starts import (
     SightPoses,
     corners_of,
@@ -36,7 +36,7 @@ def suggest_readings(path: Path) -> list[Reading]:
     recording = any_reading(path)
     if not recording.targets:
         return suggest(path)
-    posed = sight_poses(detect(recording).problem)
+    posed = sight_poses(_first_target(detect(recording).problem))
     if not posed.poses:
         raise Refused(
             f"{path}: no picture shows the target, so no reading can be tried; check its kind, "
@@ -51,6 +51,23 @@ def suggest_readings(path: Path) -> list[Reading]:
     return sorted(
         best.values(), key=lambda r: (round(r.scatter_mm, 6), len(r.changes), r.mounted_mm)
     )
+
+
+def _first_target(problem: Problem) -> Problem:
+    """The first target alone, with the camera before which the arm moves it."""
+    seen = pairs_seen(problem)
+    if not seen:
+        return problem
+    mine = [pair for pair in seen if pair[1].name == problem.fixtures[0].name] or seen
+    eye, fixture = next((pair for pair in mine if moves(*pair)), mine[0])
+    views = [
+        replace(
+            view,
+            sights=tuple(s for s in view.sights if (s.eye, s.fixture) == (eye.name, fixture.name)),
+        )
+        for view in problem.views
+    ]
+    return Problem((eye,), (fixture,), tuple(views), problem.arm)
 
 
 def _settled(path: Path, problem: Problem, poses: SightPoses) -> list[Mapping[str, SE3]]:

@@ -63,14 +63,21 @@ def _conventions(values: Mapping[str, Any]) -> list[_Convention]:
     first = targets[0] if isinstance(targets, list) and targets else targets
     own_mount = isinstance(first, dict) and "mount" in first
     place = "[[target]]" if own_mount else ""
+    mount = _Convention(place, "mount", _table(values, place).get("mount"), get_args(Mount))
     listed = [
-        _Convention(place, "mount", _table(values, place).get("mount"), get_args(Mount)),
-        *(
-            _Convention("[views]", key, views.get(key), get_args(kind))
-            for key, kind in _keys("pairs" in views).items()
-        ),
+        _Convention("[views]", key, views.get(key), get_args(kind))
+        for key, kind in _keys("pairs" in views).items()
     ]
+    if mount.given is None or not _cameras_say_theirs(values):
+        listed.insert(0, mount)
     return [_to_try(convention) for convention in listed]
+
+
+def _cameras_say_theirs(values: Mapping[str, Any]) -> bool:
+    """Whether a camera says itself on what it stands: no other reading of it is tried then."""
+    cameras = values.get("camera")
+    listed = cameras if isinstance(cameras, list) else [cameras]
+    return any(isinstance(camera, dict) and "mount" in camera for camera in listed)
 
 
 def _keys(pairs: bool) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """A recording as the calibration takes it: targets, cameras, and each view's pose and pictures."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,18 +61,20 @@ class View:
 class CameraStart:
     """What is known of a camera beforehand; `size` is the pictures' width and height (px).
 
-    `intrinsics` are to be estimated where they are None or `refine` is set.
+    `intrinsics` are to be estimated where they are None or `refine` is set. `mount`: on the flange
+    (eye_in_hand) or in the base (eye_to_hand).
     """
 
     name: str
     size: tuple[int, int]
+    mount: Mount
     intrinsics: Camera | None = None
     refine: bool = True
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A checked recording. Each target names its camera and its mount.
+    """A checked recording. Each target names its cameras and its mount.
 
     `warnings` are sentences about what looks odd and does not stop anyone.
     """
@@ -107,7 +109,7 @@ def assemble(path: Path, manifest: Manifest, check_lengths: bool = True) -> Reco
     matches, warnings = match(path, manifest)
     if check_lengths:
         _check_lengths(path, manifest.views, [m.pose for m in matches])
-    cameras, problems = _cameras(path, manifest.cameras, matches)
+    cameras, problems = _cameras(path, manifest, matches)
     views = [_view(m, manifest.views, problems) for m in matches]
     targets = _targets(path, manifest)
     arm = None
@@ -138,8 +140,9 @@ def _targets(path: Path, manifest: Manifest) -> tuple[TargetDescription, ...]:
             build_target(target)
         except InputError as error:
             raise InputError(f"{path}: 'target.{index}': {error}") from None
-        camera, mount = target.camera or manifest.cameras[0].name, target.mount or manifest.mount
-        targets.append(target.model_copy(update={"camera": camera, "mount": mount}))
+        seen_by = target.camera or [manifest.cameras[0].name]
+        mount = target.mount or manifest.mount
+        targets.append(target.model_copy(update={"camera": seen_by, "mount": mount}))
     return tuple(targets)
 
 
@@ -188,12 +191,12 @@ def _check_lengths(path: Path, views: PictureViews | PairViews, poses: Sequence[
 
 
 def _cameras(
-    path: Path, entries: Iterable[CameraEntry], matches: Sequence[Match]
+    path: Path, manifest: Manifest, matches: Sequence[Match]
 ) -> tuple[tuple[CameraStart, ...], dict[Path, str]]:
     """The cameras, and why pictures cannot be used."""
     cameras: list[CameraStart] = []
     problems: dict[Path, str] = {}
-    for entry in entries:
+    for entry in manifest.cameras:
         files = [m.pictures[entry.name] for m in matches if entry.name in m.pictures]
         sizes = {file: picture_size(file) for file in files}
         counts = Counter(size for size in sizes.values() if size)
@@ -209,12 +212,12 @@ def _cameras(
                 problems[file] = (
                     f"{file} has {size[0]}x{size[1]} px, the others {usual[0]}x{usual[1]}"
                 )
-        cameras.append(_start(path, entry, usual))
+        cameras.append(_start(path, entry, usual, manifest.side_of(entry)))
     return tuple(cameras), problems
 
 
-def _start(path: Path, entry: CameraEntry, size: tuple[int, int]) -> CameraStart:
-    start = CameraStart(entry.name, size)
+def _start(path: Path, entry: CameraEntry, size: tuple[int, int], mount: Mount) -> CameraStart:
+    start = CameraStart(entry.name, size, mount)
     if entry.intrinsics is None:
         return start
     file = matching(path.parent, entry.intrinsics, f"{path}: 'camera.intrinsics'")[0]

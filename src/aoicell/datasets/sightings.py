@@ -12,7 +12,7 @@ import numpy as np
 from aoicell.camera import Camera
 from aoicell.datasets.build import build_target
 from aoicell.datasets.pictures import read_picture
-from aoicell.datasets.recording import Picture, Recording
+from aoicell.datasets.recording import CameraStart, Picture, Recording
 from aoicell.errors import InputError, TargetNotFound
 from aoicell.observation import Image, to_grey
 from aoicell.targets.chessboard import Chessboard
@@ -24,21 +24,24 @@ _MIN_VIEWS = 3  # from which a flat target tells a focal length
 _THREADS = 2  # pictures at once: more do not pay beside Python's own part
 
 
+Seen = tuple[str, str]  # camera, target
+
+
 @dataclass(frozen=True)
 class NamedTarget:
-    """A target of a recording by the name that the calibration knows it by."""
+    """A target of a recording by the name that the calibration knows it by, and who sees it."""
 
     name: str
-    camera: str
+    cameras: tuple[str, ...]
     target: CalibrationTarget
 
 
 @dataclass(frozen=True)
 class Found:
-    """What one view shows: sightings by target's name, and why others are not among them."""
+    """What one view shows: sightings by camera and target, and why others are not among them."""
 
-    sightings: Mapping[str, Sighting]
-    problems: Mapping[str, str]
+    sightings: Mapping[Seen, Sighting]
+    problems: Mapping[Seen, str]
 
 
 def named_targets(recording: Recording) -> tuple[NamedTarget, ...]:
@@ -53,8 +56,8 @@ def named_targets(recording: Recording) -> tuple[NamedTarget, ...]:
             numbers[described.kind] += 1
             many = kinds[described.kind] > 1 or described.kind in given
             name = f"{described.kind} {numbers[described.kind]}" if many else described.kind
-        camera = described.camera or recording.cameras[0].name
-        named.append(NamedTarget(name, camera, build_target(described)))
+        cameras = tuple(described.camera or [recording.cameras[0].name])
+        named.append(NamedTarget(name, cameras, build_target(described)))
     return tuple(named)
 
 
@@ -66,9 +69,7 @@ def find_targets(recording: Recording, targets: Sequence[NamedTarget]) -> dict[s
     _check_distinct(targets)
 
     def look(pictures: Sequence[Picture]) -> Found:
-        found = [_look(picture, targets) for picture in pictures]
-        seen = {name: s for part in found for name, s in part.sightings.items()}
-        return Found(seen, {name: p for part in found for name, p in part.problems.items()})
+        return _together([_look(picture, targets) for picture in pictures])
 
     with ThreadPoolExecutor(min(_THREADS, os.cpu_count() or 1)) as pool:
         results = pool.map(look, [view.pictures for view in recording.views])
@@ -79,7 +80,8 @@ def _check_distinct(targets: Sequence[NamedTarget]) -> None:
     """Two boards are told apart as a pair; more of them need different layouts."""
     by_camera: dict[str, list[NamedTarget]] = defaultdict(list)
     for target in targets:
-        by_camera[target.camera].append(target)
+        for camera in target.cameras:
+            by_camera[camera].append(target)
     for camera, mine in by_camera.items():
         boards = [t for t in mine if isinstance(t.target, Chessboard)]
         if len(boards) > 2:
@@ -92,13 +94,13 @@ def _check_distinct(targets: Sequence[NamedTarget]) -> None:
 
 def _look(picture: Picture, targets: Sequence[NamedTarget]) -> Found:
     """One camera's targets in its picture."""
-    mine = [t for t in targets if t.camera == picture.camera]
+    mine = [t for t in targets if picture.camera in t.cameras]
     if picture.problem:
-        return Found({}, {t.name: picture.problem for t in mine})
+        return Found({}, {(picture.camera, t.name): picture.problem for t in mine})
     try:
         image = read_picture(picture.path)
     except TargetNotFound as reason:
-        return Found({}, {t.name: str(reason) for t in mine})
+        return Found({}, {(picture.camera, t.name): str(reason) for t in mine})
     grey = image if image.ndim == 2 else to_grey(image)
     boards = [t for t in mine if isinstance(t.target, Chessboard)]
     if len(boards) == 2:
@@ -107,42 +109,48 @@ def _look(picture: Picture, targets: Sequence[NamedTarget]) -> Found:
         parts = [pair, *rest]
     else:
         parts = [_look_for(grey, t, picture) for t in mine]
+    return _together(parts)
+
+
+def _together(parts: Sequence[Found]) -> Found:
     return Found(
-        {name: s for part in parts for name, s in part.sightings.items()},
-        {name: p for part in parts for name, p in part.problems.items()},
+        {seen: s for part in parts for seen, s in part.sightings.items()},
+        {seen: p for part in parts for seen, p in part.problems.items()},
     )
 
 
 def _look_for(grey: Image, target: NamedTarget, picture: Picture) -> Found:
+    seen = picture.camera, target.name
     try:
-        return Found({target.name: target.target.sight(grey, str(picture.path))}, {})
+        return Found({seen: target.target.sight(grey, str(picture.path))}, {})
     except TargetNotFound as reason:
-        return Found({}, {target.name: str(reason)})
+        return Found({}, {seen: str(reason)})
 
 
 def _look_for_pair(grey: Image, boards: Sequence[NamedTarget], picture: Picture) -> Found:
     """Two chessboards: both or none, for one alone might be either."""
     first, second = (b.target for b in boards)
+    names = [(picture.camera, b.name) for b in boards]
     assert isinstance(first, Chessboard)
     assert isinstance(second, Chessboard)
     try:
         seen = sight_pair(grey, (first, second), str(picture.path))
     except TargetNotFound as reason:
-        return Found({}, {b.name: str(reason) for b in boards})
-    return Found(dict(zip((b.name for b in boards), seen, strict=True)), {})
+        return Found({}, dict.fromkeys(names, str(reason)))
+    return Found(dict(zip(names, seen, strict=True)), {})
 
 
 def guess_camera(
-    size: tuple[int, int], targets: Sequence[NamedTarget], found: Sequence[Found]
+    start: CameraStart, targets: Sequence[NamedTarget], found: Sequence[Found]
 ) -> Camera:
     """Intrinsics to start from where a recording has none: by Zhang (2000) from the sightings.
 
     Without distortion k3; a plain lens of 45 deg where the sightings tell no focal length.
     """
-    width, height = size
+    width, height = start.size
     plain = Camera.pinhole(_FOCAL_PER_WIDTH * width, width, height)
-    seen = [(t.target.points, f.sightings[t.name]) for f in found for t in targets
-            if t.name in f.sightings]  # fmt: skip
+    seen = [(t.target.points, f.sightings[start.name, t.name]) for f in found for t in targets
+            if (start.name, t.name) in f.sightings]  # fmt: skip
     if len(seen) < _MIN_VIEWS:
         return plain
     flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_FIX_K3 | cv2.CALIB_FIX_ASPECT_RATIO

@@ -1,6 +1,6 @@
 """From a recording to a judged calibration: find the targets, state the problem, solve, describe.
 
-A camera stands where the mount of its targets says: on the flange (eye in hand) or in the base.
+Several cameras and targets go into one solve: a target that two cameras see ties them together.
 """
 
 from collections import Counter
@@ -77,18 +77,16 @@ def detect(recording: Recording) -> Detected:
         return _of_pairs(recording)
     targets = named_targets(recording)
     found = find_targets(recording, targets)
-    sides = _camera_sides(recording)
     eyes, warnings = [], list(recording.warnings)
     for start in recording.cameras:
         camera = start.intrinsics
         if camera is None:
-            mine = [t for t in targets if t.camera == start.name]
-            camera = guess_camera(start.size, mine, list(found.values()))
+            camera = guess_camera(start, targets, list(found.values()))
             warnings.append(
                 f"'{start.name}': no intrinsics are given; they are estimated from the pictures, "
                 f"beginning at a focal length of {camera.focal_px:.0f} px"
             )
-        eyes.append(Eye(start.name, camera, sides[start.name], start.refine))
+        eyes.append(Eye(start.name, camera, _EYE_ON[start.mount], start.refine))
     fixtures = [
         _fixture(t, d, _TARGET_ON[d.mount or recording.mount])
         for t, d in zip(targets, recording.targets, strict=True)
@@ -101,7 +99,7 @@ def detect(recording: Recording) -> Detected:
     }
     seen = tuple(v for v in views if v.sights)
     problem = Problem(tuple(eyes), tuple(fixtures), seen, recording.arm)
-    warnings += _rarely_found(targets, found)
+    warnings += _rarely_found(recording, targets, found)
     return Detected(problem, reasons, tuple(warnings))
 
 
@@ -115,31 +113,32 @@ def _fixture(named: NamedTarget, described: TargetDescription, side: Side) -> Fi
     return fixture
 
 
-def _camera_sides(recording: Recording) -> dict[str, Side]:
-    """On what each camera stands: as all its targets say, else as the recording says."""
-    sides: dict[str, Side] = {}
-    for camera in recording.cameras:
-        mounts = {d.mount or recording.mount for d in recording.targets if d.camera == camera.name}
-        sides[camera.name] = _EYE_ON[mounts.pop() if len(mounts) == 1 else recording.mount]
-    return sides
-
-
 def _view(view: View, found: Found, targets: Sequence[NamedTarget]) -> CalibrationView:
+    seen = [(c, t.name) for t in targets for c in t.cameras if (c, t.name) in found.sightings]
     sights = tuple(
-        Sight(t.camera, t.name, np.asarray(found.sightings[t.name].ids),
-              np.asarray(found.sightings[t.name].uv_px, dtype=float))
-        for t in targets if t.name in found.sightings
+        Sight(
+            camera, name, np.asarray(found.sightings[camera, name].ids),
+            np.asarray(found.sightings[camera, name].uv_px, dtype=float),
+        )
+        for camera, name in seen
     )  # fmt: skip
     return CalibrationView(view.id, view.T_base_flange, sights, view.q)
 
 
-def _rarely_found(targets: Sequence[NamedTarget], found: Mapping[str, Found]) -> list[str]:
-    """A target that many pictures lack may be described wrongly."""
-    counts = Counter(name for f in found.values() for name in f.sightings)
+def _rarely_found(
+    recording: Recording, targets: Sequence[NamedTarget], found: Mapping[str, Found]
+) -> list[str]:
+    """A target that many of a camera's pictures lack may be described wrongly."""
+    counts = Counter(seen for f in found.values() for seen in f.sightings)
+    taken = Counter(picture.camera for view in recording.views for picture in view.pictures)
     return [
-        f"'{t.name}' was found in {counts[t.name]} of {len(found)} views; check its kind and counts"
+        f"'{t.name}' was found in {counts[camera, t.name]} of {taken[camera]} views"
+        + (f" of '{camera}'" if len(recording.cameras) > 1 else "")
+        + "; check its kind and counts"
         for t in targets
-        if 0 < counts[t.name] < _FEW * len(found)
+        for camera in t.cameras
+        if any(name == t.name for _, name in counts)
+        and counts[camera, t.name] < _FEW * taken[camera]
     ]
 
 

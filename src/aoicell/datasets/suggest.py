@@ -134,7 +134,7 @@ class _Source:
         named_by = f"{self.path}: 'views.poses'"
         poses = read_poses(self.path.parent, views.poses, views.pose_format, named_by, by_id)
         pictures = find_pictures(self.path, manifest)
-        camera = next((t.camera for t in manifest.target if t.camera), manifest.cameras[0].name)
+        camera = manifest.first_target_seen_by
         if by_id:
             matches, _ = by_name(self.path, poses, {camera: pictures[camera]})
             yield "", [(m.pose, self.seen[m.id]) for m in matches if m.id in self.seen]

@@ -1,6 +1,6 @@
 """What a manifest says about a calibration target: kind, counts and sizes in mm."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
@@ -21,17 +21,32 @@ class Strict(BaseModel):
 
 
 class _Described(Strict):
-    """What every target may say: a name, its camera, and a mount other than the recording's.
+    """What every target may say: a name, who sees it, and a mount other than the recording's.
 
+    `camera` is one camera's name or a list of several. A target of the mount `eye_in_hand` stands
+    in the base, one of `eye_to_hand` is carried by the arm, whichever camera looks at it.
     `size_percent` and `flatness_mm` are standard deviations of the print's size and of its
     plate's heights, for targets better or worse than a laser printer's sheet on a plate.
     """
 
     name: Name | None = None
-    camera: Name | None = None
+    camera: Annotated[list[Name], Field(min_length=1)] | None = None
     mount: Mount | None = None
     size_percent: Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)] | None = None
     flatness_mm: Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)] | None = None
+
+    @field_validator("camera", mode="before")
+    @classmethod
+    def _one_or_several(cls, value: Any) -> Any:
+        return [value] if isinstance(value, str) else value
+
+    @field_validator("camera")
+    @classmethod
+    def _once(cls, value: list[str] | None) -> list[str] | None:
+        twice = [name for name in value or [] if (value or []).count(name) > 1]
+        if twice:
+            raise ValueError(f"{twice[0]!r} stands twice")
+        return value
 
 
 class _Grid(_Described):

@@ -19,6 +19,8 @@ from aoicell.report.charts import distance_errors
 from aoicell.report.figures import FEW
 from aoicell.report.page_data import RunData, read_run, worst_of
 from aoicell.report.page_figures import Drawing
+from aoicell.report.page_inspection import inspection_section
+from aoicell.report.page_inspection_figures import inspection_figures
 from aoicell.report.page_pictures import pictured_trials
 from aoicell.report.page_svg import inline_svg
 from aoicell.report.page_tables import (
@@ -69,6 +71,7 @@ def draw(run: RunData, store: RunStore) -> Drawings:
         "prediction": list(figures.prediction(run)),
         "cases": list(figures.by_case(run)),
         "budget": list(_budget(run, store)),
+        "inspection": list(inspection_figures(run, run.inspection)) if run.inspection else [],
     }
 
 
@@ -84,10 +87,14 @@ def render(run: RunData, store: RunStore, drawings: Drawings) -> str:
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     environment.filters["units"] = _bind_units
+    inspection = inspection_section(run, store) if run.inspection else None
     return environment.get_template("page.html.jinja").render(
         run=run,
-        css=Markup((_HERE / "page.css").read_text(encoding="utf-8")),
-        js=Markup((_HERE / "page.js").read_text(encoding="utf-8")),
+        css=_text("page.css"),
+        js=_text("page.js"),
+        inspection=inspection,
+        inspection_css=_text("page_inspection.css"),
+        inspection_js=_text("page_inspection.js"),
         verdicts=verdicts(run),
         headline=headline(run),
         contradictions=paper.contradictions(),
@@ -101,10 +108,15 @@ def render(run: RunData, store: RunStore, drawings: Drawings) -> str:
         hand_eye=hand_eye_table(run),
         unused=unused_pictures(run.worlds),
         worst=worst_table(run, worst),
-        pictured=pictured_trials(run, store, worst),
+        pictured=pictured_trials(run, store, worst, inspection.size if inspection else 0),
         environment=list(_environment(run.environment)),
         scenario_text=(store.folder / "scenario.toml").read_text(encoding="utf-8"),
     )
+
+
+def _text(name: str) -> Markup:
+    """A file of the page that is taken as it is."""
+    return Markup((_HERE / name).read_text(encoding="utf-8"))
 
 
 def _single_tests(run: RunData, store: RunStore) -> Iterator[Drawing]:

@@ -10,6 +10,7 @@ from aoicell.benchmark.store import Columns, RunStore
 from aoicell.benchmark.summary import summarise_columns
 from aoicell.benchmark.values import OF_MARKERS
 from aoicell.errors import InputError
+from aoicell.report.inspection_data import InspectionData, read_inspection
 from aoicell.scenario import Case, Scenario, cases_of
 
 _OF_MARKERS = ("case_index", "method", "view", "marker", *OF_MARKERS)
@@ -23,6 +24,7 @@ class RunData:
     view and by marker are about: where a scenario also stands as it is beside its changed
     cases, that case alone, else all. `methods` is the summary of the scope, `shown`, `views`
     and `markers` are its rows; `markers` has one row a marker, view, trial and method.
+    `inspection` is of the scope, too, where the scenario inspects.
     """
 
     scenario: Scenario
@@ -38,6 +40,7 @@ class RunData:
     arm_floor_mm: float | None
     environment: dict[str, Any]
     pace: dict[str, Any] | None
+    inspection: InspectionData | None = None
 
     @property
     def planned(self) -> int:
@@ -97,10 +100,14 @@ def read_run(store: RunStore) -> RunData:
         worlds = [world for world in worlds if world.case == 0]
         methods, floor = (summary["cases"][0][key] for key in ("methods", "arm_floor_mm"))
     finished = (store.folder / "summary.json").is_file()
+    inspected = (
+        read_inspection(store, scenario.methods, trials, _stands_alone(cases))
+        if scenario.inspect else None
+    )  # fmt: skip
     return RunData(
         scenario, cases, scope, trials, shown, views, markers, worlds, methods,
         summary.get("cases", []), floor, store.read_json("environment.json"),
-        store.read_json("summary.json") if finished else None,
+        store.read_json("summary.json") if finished else None, inspected,
     )  # fmt: skip
 
 

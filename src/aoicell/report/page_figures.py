@@ -17,7 +17,7 @@ MANY_POINTS = 1000  # a cloud of more is a picture within the figure
 MANY_CASES = 60  # more have numbers instead of names
 LEAST_MM = 1e-3  # what is below has no meaning in a cell: drawn there
 _SIZE = (5.6, 3.7)
-_MARKERS = "osD^v<>ph"
+MARKERS = "osD^v<>ph"
 _BINS, _ENOUGH = 12, 60  # of a running median, and how many points it wants
 
 
@@ -99,7 +99,7 @@ def _against(run: RunData, column: str, label: str) -> Figure:
         x, y = mine[column], mine["residual_mm"]
         known = np.isfinite(y)
         ax.plot(
-            x[known], y[known], linestyle="", marker=_MARKERS[index % len(_MARKERS)],
+            x[known], y[known], linestyle="", marker=MARKERS[index % len(MARKERS)],
             color=colour, markersize=2 if cloud else 4.5, alpha=0.25 if cloud else 0.75,
             markeredgewidth=0, rasterized=cloud, label=method,
         )  # fmt: skip
@@ -209,7 +209,7 @@ def by_case(run: RunData) -> Iterator[Drawing]:
         )
         rows = np.arange(count) + offset
         ax.hlines(rows, mean, p95, color=colours[method], linewidth=1.5)
-        ax.plot(mean, rows, _MARKERS[index % len(_MARKERS)], color=colours[method],
+        ax.plot(mean, rows, MARKERS[index % len(MARKERS)], color=colours[method],
                 markersize=5 if named else 3, label=method)  # fmt: skip
     if named:
         names = [case_name(case) for case in run.cases]

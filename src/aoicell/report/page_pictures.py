@@ -50,10 +50,13 @@ class PicturedTrial:
 
 
 def pictured_trials(
-    run: RunData, store: RunStore, worst: Iterable[TrialRecord]
+    run: RunData, store: RunStore, worst: Iterable[TrialRecord], used: int = 0
 ) -> list[PicturedTrial]:
-    """Up to three trials a method among the worst, as long as there are pictures and room."""
-    room, found, count = MOST_BYTES, [], dict.fromkeys(run.scenario.methods, 0)
+    """Up to three trials a method among the worst, as long as there are pictures and room.
+
+    `used`: how many bytes other pictures of the page take.
+    """
+    room, found, count = MOST_BYTES - used, [], dict.fromkeys(run.scenario.methods, 0)
     for record in worst:
         if count.get(record.method, 0) >= TRIALS_EACH:
             continue

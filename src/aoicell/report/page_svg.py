@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from aoicell.errors import InputError
 from aoicell.report.style import RASTER_DPI, REPEATABLE
@@ -47,5 +49,10 @@ def embedded_picture(path: Path) -> tuple[str, int, int]:
     height, width = image.shape[:2]
     scale = min(1.0, WIDTH_PX / width)
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    _, data = cv2.imencode(".webp", small, [cv2.IMWRITE_WEBP_QUALITY, QUALITY])
-    return f"data:image/webp;base64,{b64encode(data.tobytes()).decode()}", width, height
+    return data_uri(np.asarray(small, np.uint8)), width, height
+
+
+def data_uri(image: NDArray[np.uint8], quality: int = QUALITY) -> str:
+    """A picture (grey, or in OpenCV's order of colours) as a data URI (WebP)."""
+    _, data = cv2.imencode(".webp", image, [cv2.IMWRITE_WEBP_QUALITY, quality])
+    return f"data:image/webp;base64,{b64encode(data.tobytes()).decode()}"

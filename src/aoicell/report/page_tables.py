@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from aoicell.benchmark.records import TrialRecord, WorldRecord
+from aoicell.benchmark.statistics import statistics
 from aoicell.benchmark.store import Columns
-from aoicell.benchmark.summary import statistics
 from aoicell.benchmark.values import trial_values
 from aoicell.report import paper
 from aoicell.report.page_data import RunData, case_name, choose

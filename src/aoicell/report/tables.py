@@ -11,6 +11,7 @@ from rich.text import Text
 from aoicell.benchmark.records import TrialRecord, WorldRecord
 from aoicell.benchmark.values import trial_values
 from aoicell.report import paper
+from aoicell.report.inspection_numbers import notes, percent, rows, words
 
 
 def _number(value: float | None, digits: int = 2) -> str:
@@ -196,3 +197,27 @@ def cases_table(summary: dict[str, Any]) -> Table:
             ]  # fmt: skip
         table.add_row(f"{case['kind']} {case['label']}".strip(), *cells)
     return table
+
+
+def inspection_tables(summary: dict[str, Any]) -> list[Table]:
+    """What was inspected, a column a method: the headline numbers, and by kind of defect."""
+    found = {name: method["inspection"] for name, method in summary["methods"].items()}
+    headline = _table("The inspection of the same boards", "", *found, "goal")
+    for row in rows(found):
+        headline.add_row(row.name, *row.values, row.goal or "-")
+    headline.caption = Text(notes())
+    kinds = sorted({kind for inspection in found.values() for kind in inspection["by_kind"]})
+    if not kinds:
+        return [headline]
+    columns = [f"{name}\n{what}" for name in found for what in ("found", "%")]
+    by_kind = _table("Defects found, by kind", "", *columns)
+    for kind in kinds:
+        cells = []
+        for inspection in found.values():
+            counts = inspection["by_kind"].get(kind, {"defects": 0, "found": 0})
+            cells += [
+                f"{counts['found']} of {counts['defects']}",
+                percent(counts["found"], counts["defects"]),
+            ]
+        by_kind.add_row(words(kind), *cells)
+    return [headline, by_kind]

@@ -3,8 +3,9 @@
 The arm's hulls come from its URDF; whatever else is there is given as boxes and convex meshes.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -15,9 +16,10 @@ from numpy.typing import ArrayLike
 
 from aoicell.errors import ModelError
 from aoicell.robot.arm import Arm
-from aoicell.transforms import SE3
+from aoicell.transforms import SE3, Array
 
 Pair = tuple[str, str]
+Mount = Literal["base", "flange"]
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Solid:
     name: str
     shape: tuple[float, float, float] | Path
     T_mount_solid: SE3
-    mount: Literal["base", "flange"] = "base"
+    mount: Mount = "base"
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     slack: float = 0.0
 
@@ -108,6 +110,47 @@ class CollisionModel:
                 return index, pair
         return None
 
+    def between(
+        self, q: ArrayLike, p_from: ArrayLike, p_to: ArrayLike, ignored: Collection[str] = ()
+    ) -> str | None:
+        """The name of a body that stands across the straight line between two points of the base
+        (m), with the arm at joint angles q (rad); None when there is none but the `ignored`.
+        """
+        q, start, end = (np.asarray(values, dtype=float) for values in (q, p_from, p_to))
+        pin.updateGeometryPlacements(self._model, self._data, self._shapes, self._asked, q)
+        length = float(np.linalg.norm(end - start))
+        R = pin.Quaternion.FromTwoVectors(np.array([0, 0, 1.0]), end - start).matrix()
+        line, T = coal.Capsule(1e-4, length), coal.Transform3s(R, (start + end) / 2)
+        request = coal.CollisionRequest()
+        for body, T_base_body in zip(self._shapes.geometryObjects, self._asked.oMg, strict=True):
+            there = coal.Transform3s(T_base_body.rotation, T_base_body.translation)
+            if body.name not in ignored and coal.collide(
+                line, T, body.geometry, there, request, coal.CollisionResult()
+            ):
+                return str(body.name)
+        return None
+
+    def travel(self, way: ArrayLike) -> float:
+        """How far (m) any point of the arm and its load may come, against any other body, while
+        the joints turn by `way` (dof,; rad) along a straight line: an upper bound.
+        """
+        return float(np.abs(np.asarray(way, dtype=float)) @ self._outreach)
+
+    @cached_property
+    def _outreach(self) -> Array:
+        """How far (dof,; m) from each joint's origin anything that it turns can ever be."""
+        far = np.zeros(self._model.njoints)
+        for body in self._shapes.geometryObjects:
+            body.geometry.computeLocalAABB()
+            middle = body.placement.act(body.geometry.aabb_center)
+            reach = float(np.linalg.norm(middle)) + body.geometry.aabb_radius
+            far[body.parentJoint] = max(far[body.parentJoint], reach)
+        for joint in range(self._model.njoints - 1, 1, -1):
+            parent = self._model.parents[joint]
+            step = float(np.linalg.norm(self._model.jointPlacements[joint].translation))
+            far[parent] = max(far[parent], step + far[joint])
+        return np.array(far[1:])
+
 
 def _shape(solid: Solid) -> coal.CollisionGeometry:
     if not isinstance(solid.shape, Path):
@@ -118,7 +161,12 @@ def _shape(solid: Solid) -> coal.CollisionGeometry:
     return _hull(mesh)
 
 
-def _hull(mesh: coal.BVHModelBase) -> coal.CollisionGeometry:
-    """A mesh as the solid that it encloses: its convex hull, so that nothing fits inside."""
+def _hull(mesh: coal.CollisionGeometry) -> coal.CollisionGeometry:
+    """A mesh as the solid that it encloses: its convex hull, so that nothing fits inside.
+
+    Boxes, cylinders and spheres are solid as they are.
+    """
+    if not isinstance(mesh, coal.BVHModelBase):
+        return mesh
     mesh.buildConvexHull(True, "Qt")  # Qhull's option for triangles
     return mesh.convex

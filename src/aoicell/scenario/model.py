@@ -4,15 +4,14 @@ Every key is checked; `load_scenario` turns a complaint into one sentence.
 """
 
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     Tag,
@@ -22,22 +21,16 @@ from pydantic import (
 
 from aoicell.errors import InputError, ScenarioError, did_you_mean
 from aoicell.methods import method_names
-from aoicell.nominal import Nominal
+from aoicell.nominal import Nominal, load_views
 from aoicell.resources import data_root
+from aoicell.scenario.displacement import Displacement
+from aoicell.scenario.strict import Strict, list_or_other, within
 from aoicell.sim.adversity import CAUSES
+from aoicell.sim.defects import DEFECT_KINDS
 from aoicell.sim.profiles import PROFILES
 from aoicell.sim.sources import SOURCES
 from aoicell.sim.tolerances import Tolerances
 from aoicell.targets.marker import MARKERS, marker_kinds
-
-
-class _Strict(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-def _within(low: float, high: float) -> Any:
-    return Field(ge=low, le=high, allow_inf_nan=False)
-
 
 # -- Names and lists of them ------------------------------------------------------------
 
@@ -67,91 +60,16 @@ _SOURCES_AND_KNOBS = {**SOURCES, **Tolerances.model_fields}
 
 Profile = Annotated[str, _known(PROFILES), _choice(PROFILES)]
 MethodName = Annotated[str, _known(method_names()), _choice(method_names())]
+DefectKind = Annotated[str, _known(DEFECT_KINDS), _choice(DEFECT_KINDS)]
 CauseName = Annotated[str, _known(CAUSES), _choice(CAUSES)]
 SourceName = Annotated[str, _known(_SOURCES_AND_KNOBS), _choice(_SOURCES_AND_KNOBS)]
-
-
-def _list_or_other(value: Any) -> str:
-    """Which member of a union a value is meant for: a complaint is then about that one."""
-    return "list" if isinstance(value, list) else "other"
 
 
 Sources = Annotated[
     Annotated[list[SourceName], AfterValidator(_each_once), Tag("list")]
     | Annotated[Literal["each source"], Tag("other")],
-    Discriminator(_list_or_other),
+    Discriminator(list_or_other),
 ]
-
-
-# -- How the board is moved -------------------------------------------------------------
-
-
-class Range(_Strict):
-    """A uniform distribution from `min` to `max`."""
-
-    min: float
-    max: float
-
-    @model_validator(mode="after")
-    def _ordered(self) -> "Range":
-        if self.max < self.min:
-            raise ValueError(f"max ({self.max}) is below min ({self.min})")
-        return self
-
-
-class ShiftRange(Range):
-    """Distances in the plane of the table, mm."""
-
-    min: float = _within(0, 300)
-    max: float = _within(0, 300)
-
-
-class TurnRange(Range):
-    """Angles about the normal, deg."""
-
-    min: float = _within(-180, 180)
-    max: float = _within(-180, 180)
-
-
-class LiftRange(Range):
-    """Heights over the table, mm."""
-
-    min: float = _within(-50, 50)
-    max: float = _within(-50, 50)
-
-
-class TiltRange(Range):
-    """Angles about a line in the table, deg."""
-
-    min: float = _within(-45, 45)
-    max: float = _within(-45, 45)
-
-
-Shifts = Annotated[
-    Annotated[list[Annotated[float, _within(0, 300)]], Field(min_length=1), Tag("list")]
-    | Annotated[ShiftRange, Tag("other")],
-    Discriminator(_list_or_other),
-]
-
-
-class Displacement(_Strict):
-    """How the board is moved in each trial, about the positioning marker.
-
-    `shift_mm` is a list with one distance a trial, or a range; the direction in the table's
-    plane is drawn. `turn_deg` is about the normal; `lift_mm` and `tilt_deg` lead out of plane.
-    """
-
-    shift_mm: Shifts = ShiftRange(min=20, max=60)
-    turn_deg: TurnRange = TurnRange(min=-15, max=15)
-    lift_mm: LiftRange = LiftRange(min=0, max=0)
-    tilt_deg: TiltRange = TiltRange(min=0, max=0)
-
-    @model_validator(mode="after")
-    def _possible(self) -> "Displacement":
-        least = self.shift_mm.min if isinstance(self.shift_mm, Range) else min(self.shift_mm)
-        if max(abs(self.lift_mm.min), abs(self.lift_mm.max)) > least:
-            raise ValueError(f"lift_mm exceeds the smallest shift_mm ({least}), which contains it")
-        return self
 
 
 # -- The markers ------------------------------------------------------------------------
@@ -166,7 +84,7 @@ def _known_kind(kind: str) -> str:
 MarkerName = Annotated[str, AfterValidator(_known_kind), _choice(["", *MARKERS])]
 
 
-class MarkerChoice(_Strict):
+class MarkerChoice(Strict):
     """The board's markers; "" and 0 leave what the cell's board has.
 
     A size that is not given is the board's own or what the pitch needs. The markers stay where the
@@ -183,7 +101,22 @@ class MarkerChoice(_Strict):
 # -- The experiment ---------------------------------------------------------------------
 
 
-class Store(_Strict):
+class Inspection(Strict):
+    """What `inspect` inspects: boards with so many `defects` of these `kinds` each.
+
+    They are compared with `golden_samples` good boards, photographed when the board is taught, or
+    with the `virtual` image of the board as designed.
+    """
+
+    defects: Annotated[int, Field(ge=0, le=100)] = 10
+    kinds: Annotated[list[DefectKind], Field(min_length=1), AfterValidator(_each_once)] = list(
+        DEFECT_KINDS
+    )
+    reference: Literal["golden", "virtual"] = "golden"
+    golden_samples: Annotated[int, Field(ge=1, le=10)] = 1
+
+
+class Store(Strict):
     """What a run keeps beside its numbers."""
 
     images: bool = False
@@ -230,7 +163,7 @@ def _printable(cases: dict[str, Any]) -> dict[str, Any]:
 Changes = Annotated[dict[str, Any], AfterValidator(_shallow)]  # nested like the scenario itself
 
 
-class Scenario(_Strict):
+class Scenario(Strict):
     """One experiment.
 
     `colour` gives the cell colour cameras instead of grey ones, with noise in each channel.
@@ -238,6 +171,9 @@ class Scenario(_Strict):
     the detection noise that was measured in pictures. Without `visit` a trial ends with the
     corrected views: nobody looks at them, and they are scored from the truth alone. `inject` then
     names what goes wrong, one cause a trial and each equally often ("none" is one of them).
+
+    `views` is a file of inspection views ("": those of the cell's board). With `inspect` defects
+    are planted on each board, and what is photographed is inspected for them.
 
     A scenario may stand for several cases, all with the same draws: `sweep` gives lists of
     values for any keys (all combinations), `cases` names changes of several keys, `ablate`
@@ -261,9 +197,12 @@ class Scenario(_Strict):
     ]
     pictures: bool = True
     visit: bool = True
+    views: str = ""
+    inspect: bool = False
+    inspection: Inspection = Inspection()
     inject: Annotated[list[CauseName], AfterValidator(_each_once)] = []
     colour: bool = False
-    tolerance_mm: Annotated[float, _within(1e-3, 1e3)] = 5.0
+    tolerance_mm: Annotated[float, within(1e-3, 1e3)] = 5.0
     displacement: Displacement = Displacement()
     marker: MarkerChoice = MarkerChoice()
     knobs: Knobs = {}
@@ -295,6 +234,12 @@ class Scenario(_Strict):
             raise ValueError("'inject' goes with visit = false and pictures = true")
         return self
 
+    @model_validator(mode="after")
+    def _inspectable(self) -> "Scenario":
+        if self.inspect and not (self.visit and self.pictures):
+            raise ValueError("'inspect' goes with visit = true and pictures = true")
+        return self
+
     @property
     def tolerances(self) -> Tolerances:
         """The profile with the scenario's own knobs."""
@@ -306,7 +251,13 @@ class Scenario(_Strict):
         return Path(self.cell) if self.cell else data_root() / "cell"
 
     def fitted(self, nominal: Nominal) -> Nominal:
-        """The cell with the scenario's markers. Raises ScenarioError where they do not fit."""
+        """The cell with the scenario's views and markers.
+
+        Raises ScenarioError where the markers do not fit, and ModelError for what is wrong with
+        the file of views.
+        """
+        if self.views:
+            nominal = replace(nominal, inspection_views=load_views(Path(self.views)))
         marker = self.marker
         if marker == MarkerChoice():
             return nominal

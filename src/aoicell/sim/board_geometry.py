@@ -2,6 +2,7 @@
 
 from aoicell.board import BoardDesign, Component
 from aoicell.sim.board_connectors import Maker, add_connector
+from aoicell.sim.board_foreign import add_foreign
 from aoicell.sim.board_solids import (
     BLACK,
     BLUE,
@@ -61,16 +62,19 @@ def _heatsink(b: PartBuilder, w: float, d: float, h: float) -> None:
 
 
 def _dimm_slot(b: PartBuilder, w: float, d: float, h: float) -> None:
-    b.box(0, 0, 0, (w * 0.95, d, h * 0.86), BLACK if b.c.id.endswith(("1", "3")) else BLUE)
+    b.box(0, 0, 0, (w * 0.95, d, h * 0.86), BLACK if b.c.label.endswith(("1", "3")) else BLUE)
     for side in (-1, 1):
         b.box(side * w * 0.482, 0, 0, (w * 0.036, d * 0.8, h), WHITE)
 
 
 def _dimm_module(b: PartBuilder, w: float, d: float, h: float) -> None:
-    """A thin upright board; its packages show from above as a black row on either side."""
+    """A thin upright board; its packages show from above as a black row on either side.
+
+    A module of 16 GB has half of them.
+    """
     b.box(0, 0, 0, (w, 1.3e-3, h), GREEN)
     thick = (d - 1.3e-3) / 2
-    for x in spread(w * 0.97, 4):
+    for x in spread(w * 0.97, 2 if b.c.label.startswith("16GB") else 4):
         for side in (-1, 1):
             b.box(x, side * (0.65e-3 + thick / 2), h * 0.2, (w * 0.17, thick, h * 0.66), BLACK)
 
@@ -158,7 +162,9 @@ def _battery(b: PartBuilder, w: float, d: float, h: float) -> None:
 
 
 def _led(b: PartBuilder, w: float, d: float, h: float) -> None:
+    """A lens on a white base; the dark bar is at the cathode."""
     b.box(0, 0, 0, (w, d, h * 0.5), WHITE)
+    b.box(-w * 0.41, 0, h * 0.4, (w * 0.18, d, h * 0.15), DARK, "matte")
     colour = LED_COLOURS.get(b.c.label, LED_COLOURS["green"])
     b.box(0, 0, 0, (w * 0.7, d * 0.9, h), colour, "plastic", "ellipsoid")
 
@@ -167,5 +173,5 @@ _KINDS: dict[str, Maker] = {
     "socket": _socket, "heatsink": _heatsink, "dimm_slot": _dimm_slot,
     "dimm_module": _dimm_module, "chip": _chip, "connector": add_connector,
     "capacitor": _capacitor, "resistor": _resistor, "inductor": _inductor, "screw": _screw,
-    "label": _label, "crystal": _crystal, "battery": _battery, "led": _led,
+    "label": _label, "crystal": _crystal, "battery": _battery, "led": _led, "foreign": add_foreign,
 }  # fmt: skip

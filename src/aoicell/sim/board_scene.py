@@ -15,6 +15,7 @@ from aoicell.sim.board_labels import label_image
 from aoicell.sim.board_silkscreen import silkscreen_image
 from aoicell.sim.board_solids import BLACK, Part
 from aoicell.sim.drawing import stream
+from aoicell.sim.population import Population
 from aoicell.sim.prints import dusty, printed_size
 from aoicell.sim.solids import Face, add_printed_plate, set_pose
 from aoicell.targets.marker import Marker, make_marker
@@ -41,16 +42,24 @@ def add_board(
     Ts_board_marker: Mapping[str, SE3],
     print_scales: Mapping[str, PrintScale] = MappingProxyType({}),
     surfaces: Surfaces = CLEAN,
+    population: Population | None = None,
 ) -> None:
-    """The board with everything on it, in the frame of `body`; markers at the given poses."""
+    """The board with everything on it, in the frame of `body`; markers at the given poses.
+
+    With a population its components are there instead of the designed ones; the bare board, its
+    markers and the hull stay as designed.
+    """
     for finish, (specular, shininess) in _GLOSS.items():
         spec.add_material(name=finish, specular=specular, shininess=shininess, rgba=[1, 1, 1, 1])
     _add_pcb(spec, body, board, Ts_board_marker, surfaces)
-    for id, parts in board_parts(board).items():
-        tone = surfaces.brightness.get(id, 1.0)
-        for index, part in enumerate(mounted(board, board.component(id), parts, surfaces.heights)):
+    present = population.board if population else board
+    solids = population.parts if population else board_parts(board)
+    for component in present.components:
+        id, tone = component.id, surfaces.brightness.get(component.id, 1.0)
+        parts = mounted(present, component, solids[id], surfaces.heights)
+        for index, part in enumerate(parts):
             if part.printed:
-                image = _toned(label_image(board.component(id)), tone)
+                image = _toned(label_image(component), tone)
                 half = part.half_size
                 T_board_face = _pose(part) * translation(z=half[2])
                 size = (2 * half[0], 2 * half[1], 2 * half[2])

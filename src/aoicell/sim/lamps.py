@@ -1,5 +1,7 @@
 """The lamps of a room as they really shine."""
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 
@@ -20,3 +22,20 @@ def set_lamps(spec: mujoco.MjSpec, light: Light) -> None:
     for lamp, turn in zip(spec.lights, light.turns, strict=False):
         if any(turn):
             lamp.dir = from_rvec(turn, np.zeros(3)).rotation @ lamp.dir
+
+
+def relight(model: mujoco.MjModel, room: Path, light: Light) -> None:
+    """Let the lamps of a compiled room shine as if it had been compiled with that light.
+
+    Always from the lamps of the file `room`: no trace is left of any light before.
+    """
+    spec = mujoco.MjSpec.from_file(str(room))
+    set_lamps(spec, light)
+    for lamp in spec.lights:
+        there = model.light(lamp.name)
+        for part in ("ambient", "diffuse", "specular"):
+            getattr(there, part)[:] = getattr(lamp, part)
+        there.dir[:] = lamp.dir / np.linalg.norm(lamp.dir)
+    headlight, there = spec.visual.headlight, model.vis.headlight
+    for part in ("ambient", "diffuse", "specular"):
+        getattr(there, part)[:] = getattr(headlight, part)

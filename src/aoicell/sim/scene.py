@@ -13,10 +13,13 @@ import numpy as np
 from aoicell.errors import ModelError
 from aoicell.nominal import Nominal
 from aoicell.observation import CameraName
+from aoicell.planning.meshes import BoardMesh
 from aoicell.sim.as_built import Geometry, Light, Surfaces
+from aoicell.sim.board_mesh import add_board_mesh
 from aoicell.sim.board_scene import add_board
 from aoicell.sim.drawing import stream
 from aoicell.sim.lamps import set_lamps
+from aoicell.sim.population import Population
 from aoicell.sim.prints import dusty, printed_size
 from aoicell.sim.props import GROUP as PROPS_GROUP
 from aoicell.sim.props import add_props
@@ -56,9 +59,11 @@ def mocap_bodies(model: mujoco.MjModel) -> dict[str, int]:
 
 def build_model(
     nominal: Nominal, geometry: Geometry, pinholes: Sizes, light: Light, surfaces: Surfaces,
-    props: bool = False,
+    props: bool = False, population: Population | None = None, part: BoardMesh | None = None,
 ) -> mujoco.MjModel:  # fmt: skip
     """Compile the cell. `pinholes` gives width, height (px) and focal length (px) by camera.
+
+    A population is on the board instead of what was designed; a part lies instead of the board.
 
     Raises ModelError naming the file that is missing or broken.
     """
@@ -82,7 +87,13 @@ def build_model(
     _add_lens(spec.body("tripod"), "tripod", *pinholes["tripod"])
     board = spec.worldbody.add_body(name="board", mocap=True)
     set_pose(board, T_world_base * geometry.T_base_board)
-    add_board(spec, board, nominal.board, geometry.Ts_board_marker, geometry.print_scales, surfaces)
+    if part is not None:
+        add_board_mesh(spec, board, part)
+    else:
+        add_board(
+            spec, board, nominal.board, geometry.Ts_board_marker, geometry.print_scales, surfaces,
+            population,
+        )  # fmt: skip
     if props:
         add_props(spec, nominal)
     try:

@@ -5,6 +5,7 @@ import numpy as np
 
 from aoicell.nominal import Nominal
 from aoicell.observation import Image
+from aoicell.planning.meshes import BoardMesh
 from aoicell.sim.as_built import Light, designed, plain_surfaces
 from aoicell.sim.backend import make_renderer
 from aoicell.sim.scene import ARM, build_model, optical_to_mujoco, visible
@@ -17,12 +18,13 @@ class NominalTwin:
     The camera stands free; arm, cameras and tripod are left out, so nothing hides the board.
     """
 
-    def __init__(self, nominal: Nominal) -> None:
+    def __init__(self, nominal: Nominal, part: BoardMesh | None = None) -> None:
+        """With a part, a mesh lies where the board would."""
         self._nominal = nominal
         camera = nominal.cameras["hand"]
         pinhole = (camera.width, camera.height, camera.focal_px)
         self._model = build_model(nominal, designed(nominal), {"hand": pinhole, "tripod": pinhole},
-            Light(), plain_surfaces())  # fmt: skip
+            Light(), plain_surfaces(), part=part)  # fmt: skip
         self._data = mujoco.MjData(self._model)
         self._camera = self._model.camera("hand").id
         self._model.cam_bodyid[self._camera] = 0

@@ -14,10 +14,12 @@ from aoicell.nominal import Nominal
 from aoicell.observation import CameraName, Image, Observation
 from aoicell.robot.trajectories import plan
 from aoicell.sim.arrivals import Arrivals
-from aoicell.sim.as_built import AsBuilt, plain_surfaces
+from aoicell.sim.as_built import AsBuilt, Light, plain_surfaces
 from aoicell.sim.backend import make_renderer
 from aoicell.sim.drawing import stream
+from aoicell.sim.lamps import relight
 from aoicell.sim.motion import first_contact, touching
+from aoicell.sim.population import Population
 from aoicell.sim.prints import true_corners, true_crosses
 from aoicell.sim.scene import ARM, build_model, mocap_bodies, visible
 from aoicell.sim.sensor import CameraModel, Conditions
@@ -62,18 +64,11 @@ class World:
             for name, camera in self.geometry.cameras.items()
         }
         self._hand_as_built = self._cameras["hand"]
-        pinholes = {name: camera.pinhole for name, camera in self._cameras.items()}
-        self.model = build_model(
-            nominal,
-            self.geometry,
-            pinholes,
-            as_built.light,
-            as_built.surfaces if pictures else plain_surfaces(),
-            props,
-        )
-        self.data = mujoco.MjData(self.model)
-        self._mocap = mocap_bodies(self.model)
-        self._scratch = mujoco.MjData(self.model)  # for questions about other postures
+        self._surfaces = as_built.surfaces if pictures else plain_surfaces()
+        self._with_props = props
+        self.population: Population | None = None
+        self.light = as_built.light
+        self._compile()
         self._dofs = [self.model.joint(ARM + n).dofadr[0] for n in nominal.arm.joint_names]
         self._renderers: dict[CameraName, mujoco.Renderer] = {}
         self._truths: WeakKeyDictionary[Observation, Truth] = WeakKeyDictionary()
@@ -87,6 +82,21 @@ class World:
         self._props: dict[str, SE3] = {}
         self.begin()
         self.arrive(nominal.q_home)
+
+    def _compile(self) -> None:
+        """Build the model, as the cell was built, with what is on the board now."""
+        self.model = build_model(
+            self.nominal,
+            self.as_built.geometry,
+            {name: camera.pinhole for name, camera in self._cameras.items()},
+            self.light,
+            self.population.surfaces(self._surfaces) if self.population else self._surfaces,
+            self._with_props,
+            self.population,
+        )
+        self.data = mujoco.MjData(self.model)
+        self._mocap = mocap_bodies(self.model)
+        self._scratch = mujoco.MjData(self.model)  # for questions about other postures
 
     def begin(self, trial: int = -1) -> None:
         """Restart a trial: the clock, the random streams of arrivals and pictures, and the arm.
@@ -158,6 +168,24 @@ class World:
         self.T_base_board = T_base_board
         self._update()
 
+    def populate(self, population: Population | None) -> None:
+        """Let a board with these components lie where the board lies; None: the taught one.
+
+        Nothing else changes: no posture, no pose, no random stream, no clock. The model is built
+        anew, which takes about a second with the renderer; the same population again takes none.
+        """
+        if population is self.population:
+            return
+        self.population, qpos = population, self.data.qpos.copy()
+        hand = self.model.body("hand")
+        T_flange_hand = hand.pos.copy(), hand.quat.copy()
+        self._compile()
+        self.close()  # the renderers' pictures are of the old model
+        self.data.qpos[:] = qpos
+        hand = self.model.body("hand")
+        hand.pos[:], hand.quat[:] = T_flange_hand
+        self._update()
+
     def place(self, prop: str, T_base_prop: SE3) -> None:
         """Put a prop into view."""
         self._props[prop] = T_base_prop
@@ -186,6 +214,15 @@ class World:
         hand.pos[:], hand.quat[:] = (
             T_flange_camera.translation, to_quat_wxyz(T_flange_camera.rotation)
         )  # fmt: skip
+        self._update()
+
+    def change_light(self, light: Light) -> None:
+        """From now on the lamps have that level, colour and direction.
+
+        What happens behind the lens, gradient and flicker, stays as it was built.
+        """
+        self.light = light
+        relight(self.model, self.nominal.folder / "cell.xml", light)
         self._update()
 
     def _update(self) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 from aoicell.benchmark.micro.calibration import bench_calibration
 from aoicell.benchmark.micro.detection import bench_detection
 from aoicell.benchmark.micro.hand_eye import bench_hand_eye
+from aoicell.benchmark.micro.inspection import bench_inspection
 from aoicell.benchmark.micro.kinhec import bench_kinhec
 from aoicell.benchmark.micro.latency import bench_latency
 from aoicell.benchmark.micro.localisation import bench_localisation
@@ -20,6 +21,7 @@ BENCHMARKS: Mapping[str, Callable[[bool], dict[str, Any]]] = MappingProxyType(
         "calibration": bench_calibration,
         "detection": bench_detection,
         "hand_eye": bench_hand_eye,
+        "inspection": bench_inspection,
         "kinhec": bench_kinhec,
         "latency": bench_latency,
         "localisation": bench_localisation,

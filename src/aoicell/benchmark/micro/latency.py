@@ -1,13 +1,14 @@
 """From a picture to corrected joint targets: the time the arm waits for."""
 
 import statistics
-import time
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import cv2
 
-from aoicell.benchmark.trial import Session, draw_displacement, prepare
+from aoicell.benchmark.displacement import draw_displacement
+from aoicell.benchmark.micro.inspection import inspection_rows
+from aoicell.benchmark.micro.timing import milliseconds, one_opencv_thread
+from aoicell.benchmark.trial import Session, prepare
 from aoicell.nominal import load_nominal
 from aoicell.online import Looked, Online, look, relocate
 from aoicell.resources import data_root
@@ -15,9 +16,6 @@ from aoicell.scenario import Scenario
 from aoicell.targets.detector import IN_PICTURES
 
 TRIALS, QUICK_TRIALS = 10, 3
-ROUNDS = 5
-
-Done = TypeVar("Done")
 
 
 def bench_latency(quick: bool = False) -> dict[str, Any]:
@@ -26,21 +24,22 @@ def bench_latency(quick: bool = False) -> dict[str, Any]:
     `correction_ms`: from the look-out picture to corrected joint targets with their bounds, all
     detection included; the reference picture, which can be looked at on the way, is on top, as
     `reference_ms`. `detection_ms` is the markers' part of it, `over_aruco` that part over
-    OpenCV's ArUco detection in the same picture. Medians.
+    OpenCV's ArUco detection in the same picture. `inspection_ms`: registration, comparison and
+    verdicts of one of the taught views. Medians.
     """
     nominal = load_nominal(data_root() / "cell")
     trials = QUICK_TRIALS if quick else TRIALS
     scenario = Scenario(name="latency", trials_per_world=trials, methods=["aoicell_one_look"])
     session = prepare(scenario, nominal, 0)
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
     try:
-        rows = [_row(session, trial) for trial in range(trials)]
+        with one_opencv_thread():
+            rows = [_row(session, trial) for trial in range(trials)]
+            views = inspection_rows(session, 1)
     finally:
-        cv2.setNumThreads(threads)
         session.world.close()
     names = ("correction_ms", "reference_ms", "detection_ms", "over_aruco")
     medians = {name: round(statistics.median(row[name] for row in rows), 3) for name in names}
+    medians["inspection_ms"] = statistics.median(view["inspection_ms"] for view in views)
     return {"name": "latency", "rows": rows, "ratios": medians}
 
 
@@ -56,10 +55,10 @@ def _row(session: Session, trial: int) -> dict[str, Any]:
     without = Looked(looked.board)
     aruco = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
     grey = looked.board.grey
-    correction = _milliseconds(lambda: relocate(without, online))
-    both = _milliseconds(lambda: relocate(looked, online))
-    detection = _milliseconds(lambda: online.markers(looked.board))
-    theirs = _milliseconds(lambda: aruco.detectMarkers(grey))
+    correction = milliseconds(lambda: relocate(without, online))
+    both = milliseconds(lambda: relocate(looked, online))
+    detection = milliseconds(lambda: online.markers(looked.board))
+    theirs = milliseconds(lambda: aruco.detectMarkers(grey))
     return {
         "trial": trial,
         "correction_ms": round(correction, 2),
@@ -68,12 +67,3 @@ def _row(session: Session, trial: int) -> dict[str, Any]:
         "aruco_ms": round(theirs, 2),
         "over_aruco": round(detection / theirs, 3),
     }
-
-
-def _milliseconds(work: Callable[[], Done]) -> float:
-    times = []
-    for _ in range(ROUNDS):
-        start = time.thread_time()  # what others compute meanwhile does not count
-        work()
-        times.append(time.thread_time() - start)
-    return 1e3 * statistics.median(times)

@@ -5,14 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from aoicell.benchmark.trial import Session, draw_displacement, prepare
+from aoicell.benchmark.displacement import draw_displacement
+from aoicell.benchmark.trial import Session, prepare
 from aoicell.leftover import motion_of
 from aoicell.nominal import load_nominal
 from aoicell.online import look
 from aoicell.registration import component_points
 from aoicell.resources import data_root
 from aoicell.scenario import Scenario
-from aoicell.scenario.model import Displacement, LiftRange, TiltRange
+from aoicell.scenario.displacement import Displacement, LiftRange, TiltRange
 from aoicell.sim.profiles import TYPICAL
 from aoicell.targets.pose import motion_jacobian
 from aoicell.transforms import Array, apply, from_twist

@@ -1,0 +1,246 @@
+"""One registered picture on the way to its findings.
+
+Each component is first matched at its place. What does not fit is looked for, near and turned.
+Whatever was found elsewhere, or not at all, may cover its neighbours: those that do not fit are
+asked once more without what is explained by others.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aoicell.inspection.findings import Finding, ViewInspection
+from aoicell.inspection.foreign import Spot, foreign_objects
+from aoicell.inspection.matching import APART_PX, Match, Place, Plane
+from aoicell.inspection.registration import FineRegistration
+from aoicell.inspection.search import smoothed
+from aoicell.inspection.shown import silhouette
+from aoicell.inspection.standard import Standard, Tools, grey_noise
+from aoicell.inspection.templates import Template
+from aoicell.inspection.verdicts import lost, misfit, placed
+from aoicell.observation import Image
+
+_LEAST_USED = 0.5  # share of a template that has to be asked,
+_LEAST_OF_SMALL, _SMALL = 0.9, 200  # and of one of so few pixels
+_MARGIN_PX = 3  # blur about what moved
+_MOVED_PX = 0.7  # less changes nothing about a part
+_FAR_STEPS = 15
+_GOOD = 0.6  # a misfit, relative to its limit, that needs no rival
+_NEAR_PX = 2.5  # the first match finds what is no farther off
+_THROWN_PX = 6  # about a part that is wrong, what differs belongs to it
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What became of a component: its best match, and whether that fits."""
+
+    match: Match
+    fits: bool
+
+
+@dataclass(frozen=True)
+class _Area:
+    """Part of the picture: a window of it, and a mask (h, w) of ones in that."""
+
+    window: tuple[slice, slice]
+    mask: NDArray[np.uint8]
+
+
+class Comparison:
+    """The new picture of a view, in the reference's pixels, against the reference."""
+
+    def __init__(self, new: Image, standard: Standard, registration: FineRegistration) -> None:
+        self._standard, self._registration = standard, registration
+        picture = standard.warp(new, registration)
+        self._noise = grey_noise(picture, standard)
+        self._outside = np.isnan(picture)
+        if self._outside.any():
+            picture[self._outside] = standard.mean[self._outside]
+        self._picture = picture
+        self._smooth: Plane | None = None
+
+    def inspection(self) -> ViewInspection:
+        """The findings of the view."""
+        standard = self._standard
+        outcomes = self._first()
+        moved = {
+            id: self._disturbance(standard.tools[id].template, outcome)
+            for id, outcome in outcomes.items()
+            if not outcome.fits or outcome.match.moved_px > _MOVED_PX
+        }
+        spots = self._spots([area for id, area in moved.items() if outcomes[id].fits])
+        covered = standard.foreign.mask(spots, 2 * _MARGIN_PX)
+        for area in moved.values():
+            covered[area.window] += area.mask
+        for id, area in moved.items():
+            if not self._good(id, outcomes[id]):
+                covered[area.window] -= area.mask  # by others
+                outcomes[id] = self._reconsidered(id, outcomes[id], covered)
+                covered[area.window] += area.mask
+        wrong = np.zeros_like(covered)
+        for id, area in moved.items():
+            if not self._good(id, outcomes[id]):
+                wrong[area.window] |= area.mask
+        spots = [spot for spot in spots if not spot.near(wrong, _THROWN_PX)]
+        findings = {
+            id: self._finding(tools, outcomes.get(id)) for id, tools in standard.tools.items()
+        }
+        foreign = foreign_objects(
+            spots, standard.pattern.camera, standard.T_camera_board, standard.view
+        )
+        return ViewInspection(standard.view, self._registration, findings, foreign)
+
+    def _spots(self, areas: Sequence[_Area]) -> list[Spot]:
+        """What lies on the bare board, but for what parts that moved explain."""
+        explained = self._outside.copy()
+        for area in areas:
+            explained[area.window] |= area.mask > 0
+        return self._standard.foreign.spots(self._picture, self._noise, explained)
+
+    def _first(self) -> dict[str, _Outcome]:
+        """Each component that the picture shows: matched at its place, else looked for."""
+        outcomes = {}
+        for id, tools in self._standard.tools.items():
+            if self._ignored(tools.template, self._outside).mean() > 1 - _LEAST_USED:
+                continue
+            match = tools.matcher.at(self._picture, Place(), self._noise)
+            if not self._fits(tools.template, match):
+                outcomes[id] = self._sought(tools, match)
+            elif match.moved_px > APART_PX:
+                outcomes[id] = self._best(tools, match, [match.place], 0.0, fits=True)
+            else:
+                outcomes[id] = _Outcome(match, True)
+        return outcomes
+
+    def _sought(self, tools: Tools, home: Match) -> _Outcome:
+        """A component that does not fit in its place: the best match elsewhere, or turned.
+
+        First where it may be, then as far as a search reaches.
+        """
+        config = self._standard.config
+        if self._smooth is None:
+            self._smooth = smoothed(self._picture)
+        tolerance = self._standard.board.tolerance(tools.template.component)
+        scale = np.sqrt(abs(np.linalg.det(tools.template.D)))
+        if tolerance.shift * scale > _NEAR_PX:
+            allowed = tools.search.places(self._smooth, tolerance.shift, tolerance.rotation)
+            best = self._best(tools, home, allowed, 0.0)
+            if best.fits:
+                return best
+        anywhere = tools.search.places(self._smooth, config.search.reach)
+        return self._best(tools, home, anywhere, config.verdict.forgiven)
+
+    def _best(
+        self, tools: Tools, home: Match, places: Sequence[Place], forgiven: float,
+        fits: bool = False,
+    ) -> _Outcome:  # fmt: skip
+        config, best, least = self._standard.config.verdict, _Outcome(home, fits), np.inf
+        for place in places:
+            if self._taken(tools.template, place):
+                continue
+            match = tools.matcher.at(self._picture, place, self._noise, _FAR_STEPS, moved=True)
+            if not match.settled:
+                continue
+            if forgiven and self._allowed(tools.template, match):
+                continue  # what may be good has to fit without indulgence
+            # far off, it has to look more like it than what is in its place
+            likely = fits or match.correlation > max(
+                config.correlation, home.correlation if forgiven else 0.0
+            )
+            times = misfit(match, config)
+            if likely and times < least and misfit(match, config, forgiven) < 1:
+                best, least = _Outcome(match, True), times
+                if times < _GOOD:
+                    break
+        return best
+
+    def _taken(self, template: Template, place: Place) -> bool:
+        """Whether another component belongs where this one would lie."""
+        u, v = np.rint(template.centre_px + template.D @ place.shift).astype(int)
+        numbers = self._standard.shown.numbers
+        if not (0 <= v < numbers.shape[0] and 0 <= u < numbers.shape[1]):
+            return True
+        number = int(numbers[v, u])
+        if number < 0:
+            return False
+        other = self._standard.board.components[number]
+        return other.id not in (template.component.id, template.component.on) and (
+            other.on != template.component.id
+        )
+
+    def _reconsidered(self, id: str, outcome: _Outcome, covered: NDArray[np.uint8]) -> _Outcome:
+        """The component once more, without what others explain, if that covers part of it."""
+        tools = self._standard.tools[id]
+        ignored = self._ignored(tools.template, covered)
+        ignored |= self._ignored(tools.template, self._outside)
+        left = (~ignored).mean()
+        if left == 1 or left < (_LEAST_USED if ignored.size > _SMALL else _LEAST_OF_SMALL):
+            return outcome
+        match = tools.matcher.at(self._picture, Place(), self._noise, ignored=ignored)
+        return _Outcome(match, True) if self._fits(tools.template, match) else outcome
+
+    def _fits(self, template: Template, match: Match) -> bool:
+        """Whether a match near its place is one, with indulgence for what shows its background."""
+        config = self._standard.config.verdict
+        return misfit(match, config, config.forgiven if template.hollow else 0.0) < 1
+
+    def _ignored(self, template: Template, mask: NDArray[Any]) -> NDArray[np.bool_]:
+        """Which of a template's pixels lie in a mask (H, W)."""
+        at = template.uv.astype(int)
+        return np.asarray(mask[at[:, 1], at[:, 0]] > 0)
+
+    def _good(self, id: str, outcome: _Outcome) -> bool:
+        return outcome.fits and self._allowed(self._standard.tools[id].template, outcome.match)
+
+    def _allowed(self, template: Template, match: Match) -> bool:
+        """Whether a component may be where it matches."""
+        tolerance, place = self._standard.board.tolerance(template.component), match.place
+        near = np.hypot(*place.shift) <= tolerance.shift
+        return bool(near and abs(place.rotation) <= tolerance.rotation)
+
+    def _disturbance(self, template: Template, outcome: _Outcome) -> _Area:
+        """Where the picture differs because of a component: its place, and where it is now."""
+        standard, component = self._standard, template.component
+        left, top, right, bottom = template.box
+        if outcome.fits:
+            shift, rotation = outcome.match.place.shift, outcome.match.place.rotation
+            x, y = component.x + shift[0], component.y + shift[1]
+            there = replace(component, x=x, y=y, rotation=component.rotation + rotation)
+            corners = silhouette(there, standard.pattern.camera, standard.T_camera_board)
+            hull = np.rint(corners[:, 0]).astype(np.int32)
+            left, top = np.minimum((left, top), hull.min(axis=0))
+            right, bottom = np.maximum((right, bottom), hull.max(axis=0) + 1)
+        height, width = self._picture.shape
+        rows = slice(max(top - _MARGIN_PX, 0), min(bottom + _MARGIN_PX, height))
+        columns = slice(max(left - _MARGIN_PX, 0), min(right + _MARGIN_PX, width))
+        mask = (standard.shown.numbers[rows, columns] == template.number).astype(np.uint8)
+        if outcome.fits:
+            cv2.fillConvexPoly(mask, hull - [columns.start, rows.start], 1)
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _MARGIN_PX + 1,) * 2)
+        return _Area((rows, columns), np.asarray(cv2.dilate(mask, disc), np.uint8))
+
+    def _finding(self, tools: Tools, outcome: _Outcome | None) -> Finding:
+        standard, template = self._standard, tools.template
+        if outcome is None:
+            return unjudged(template, standard.view, "beyond the picture's edge")
+        if outcome.fits:
+            tolerance = standard.board.tolerance(template.component)
+            finding = placed(
+                outcome.match, template, tolerance, standard.view, standard.config.verdict
+            )
+            if finding.is_defect or self._fits(template, outcome.match):
+                return finding
+        absent = tools.absence(self._picture, standard.mean)
+        return lost(outcome.match, template, absent, standard.view, standard.config.verdict)
+
+
+def unjudged(template: Template, view: str, reason: str) -> Finding:
+    """A component of which a picture tells nothing."""
+    return Finding(
+        template.component.id, "no_verdict", view=view, area_px=template.box,
+        visible=template.visible, reason=reason,
+    )  # fmt: skip

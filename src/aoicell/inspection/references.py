@@ -1,0 +1,39 @@
+"""What a view should look like: golden samples, or a virtual image of the design."""
+
+from dataclasses import dataclass
+
+from aoicell.camera import Camera
+from aoicell.errors import InputError
+from aoicell.observation import Image
+from aoicell.transforms import SE3
+
+
+@dataclass(frozen=True, eq=False)  # compared by identity: pictures have no use for another equality
+class Reference:
+    """The standard of a view: grey pictures (H, W) of good boards, taken by the same `camera`.
+
+    `T_camera_board` is the board in the first picture as the calibration estimates it; the others
+    may lie a little off it. `virtual`: one picture, drawn from the design by a `Renderer`, whose
+    grey values are nobody's: edges are compared instead.
+    """
+
+    view: str
+    images: tuple[Image, ...]
+    T_camera_board: SE3
+    camera: Camera
+    virtual: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.images:
+            raise InputError(f"reference {self.view}: it holds no picture; give one at least")
+        if self.virtual and len(self.images) > 1:
+            raise InputError(
+                f"reference {self.view}: {len(self.images)} virtual images are alike; give one"
+            )
+        wanted = (self.camera.height, self.camera.width)
+        for number, image in enumerate(self.images, start=1):
+            if image.shape != wanted:
+                raise InputError(
+                    f"reference {self.view}: picture {number} is {image.shape}, its camera makes "
+                    f"grey ones of {wanted}; give pictures (H, W) of that camera"
+                )

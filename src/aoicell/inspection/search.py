@@ -1,0 +1,100 @@
+"""Where a component may have gone: its template tried in many places of a smoothed picture at once.
+
+Normalised correlation of few pixels, in a grid of shifts and in all turns; what correlates best is
+for the fine match to judge.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aoicell.inspection.matching import Place, Plane
+from aoicell.inspection.templates import Template
+from aoicell.transforms import Array
+
+SMOOTHING_PX = 1.2
+
+
+@dataclass(frozen=True)
+class SearchConfig:
+    """`reach` (m) of the shifts, in steps of `step_px`; turns in steps of `turn`, with shifts up
+    to `turned_reach` (m). At most `pixels` of a template are asked; `best` places are kept.
+    """
+
+    reach: float = 5.5e-3
+    step_px: float = 2.0
+    turn: float = np.radians(7.5)
+    turned_reach: float = 0.5e-3
+    pixels: int = 100
+    best: int = 6
+
+
+class Search:
+    """A template ready to be looked for; made once for a reference."""
+
+    def __init__(self, template: Template, smooth: Plane, config: SearchConfig) -> None:
+        """`smooth` is the reference's picture, as `smoothed` makes it."""
+        self._t, self._config = template, config
+        keep = np.linspace(0, len(template.uv) - 1, min(config.pixels, len(template.uv)))
+        uv = template.uv[keep.astype(int)]
+        self._arms = (uv - template.centre_px) @ np.linalg.inv(template.D).T
+        values = smooth[uv[:, 1].astype(int), uv[:, 0].astype(int)].astype(float)
+        values -= values.mean()
+        self._values = (values / (np.linalg.norm(values) + 1e-9)).astype(np.float32)
+
+    def places(self, smooth: Plane, around: float, most_turn: float = np.pi) -> list[Place]:
+        """The best places in a smoothed picture, shifted `around` (m) at most, or turned."""
+        config = self._config
+        scale = float(np.sqrt(abs(np.linalg.det(self._t.D))))
+        slid = _grid(around, config.step_px / scale)
+        near = _grid(min(around, config.turned_reach), config.step_px / scale)
+        count = int(min(most_turn, np.pi) / config.turn + 1e-9)
+        turns = config.turn * np.array([n for n in range(-count, count + 1) if n])
+        tries = np.concatenate(
+            [np.column_stack([slid, np.zeros(len(slid))])]
+            + [np.column_stack([near, np.full(len(near), turn)]) for turn in turns]
+        )
+        score = self._correlation(smooth, tries)
+        found: list[Place] = []
+        for index in np.argsort(-score):
+            x, y, turn = tries[index]
+            if all(self._apart(tries[index], other, scale) for other in found):
+                found.append(Place((float(x), float(y)), float(turn)))
+            if len(found) == config.best:
+                break
+        return found
+
+    def _apart(self, a: Array, b: Place, scale: float) -> bool:
+        """Whether two places are no neighbours of a grid."""
+        apart_px = np.hypot(a[0] - b.shift[0], a[1] - b.shift[1]) * scale
+        turn = abs((a[2] - b.rotation + np.pi) % (2 * np.pi) - np.pi)
+        return bool(apart_px > 2.5 * self._config.step_px or turn > 1.5 * self._config.turn)
+
+    def _correlation(self, smooth: Plane, tries: Array) -> NDArray[np.float64]:
+        """Of the template with the picture at K places (K, 3)."""
+        c, s = np.cos(tries[:, 2]), np.sin(tries[:, 2])
+        x, y = self._arms.T
+        X = c[:, None] * x - s[:, None] * y + tries[:, :1]
+        Y = s[:, None] * x + c[:, None] * y + tries[:, 1:2]
+        D, (u, v) = self._t.D, self._t.centre_px
+        at = (D[0, 0] * X + D[0, 1] * Y + u, D[1, 0] * X + D[1, 1] * Y + v)
+        columns, rows = (a.astype(np.float32) for a in at)
+        values = np.asarray(cv2.remap(smooth, columns, rows, cv2.INTER_LINEAR))
+        values = values - values.mean(axis=1, keepdims=True)
+        norms = np.sqrt(np.einsum("kn,kn->k", values, values)) + 1e-3
+        return np.asarray(values @ self._values / norms, float)
+
+
+def smoothed(picture: Plane) -> Plane:
+    """The picture that a search looks at."""
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), SMOOTHING_PX), np.float32)
+
+
+def _grid(reach: float, step: float) -> Array:
+    """Shifts (K, 2) up to `reach`, a multiple of `step` in x and y."""
+    count = int(reach / step)
+    line = np.arange(-count, count + 1) * step
+    grid = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+    return np.asarray(grid[np.hypot(*grid.T) <= reach + 1e-12])

@@ -1,0 +1,148 @@
+"""What each pixel of a picture shows, by the design: rays against the components' boxes.
+
+Boxes stand upright, so that a ray meets three slabs (Kay and Kajiya 1986): two pairs of side walls
+and the pair of top and underside.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aoicell.board import BoardDesign, Component
+from aoicell.camera import Camera
+from aoicell.transforms import SE3, Array, apply
+
+BARE, MARKER, NOTHING = -1, -2, -3  # in place of a component's number
+_GRID_PX = 16  # the lens bends so little within it that rays may be interpolated
+_EDGES = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+
+
+@dataclass(frozen=True)
+class Shown:
+    """For each pixel (H, W): the number of the component that it shows, or BARE, MARKER, NOTHING;
+    the height of that surface over the laminate (m); whether it is an upper side.
+
+    `shares` (N,): what is seen of each component's whole outline, hidden parts and those beyond
+    the picture's edge taken off; `hidden_by` (N,): the number of what covers most of it, or -1;
+    `boxes` (N, 4): left, top, right, bottom (px, exclusive) of what is seen, zeros for nothing.
+    """
+
+    numbers: NDArray[np.int16]
+    heights: NDArray[np.float32]
+    tops: NDArray[np.bool_]
+    shares: Array
+    hidden_by: NDArray[np.int16]
+    boxes: NDArray[np.intp]
+
+
+def shown_by(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> Shown:
+    """What a picture of the board at that pose shows where."""
+    rays, origin = _rays(camera, T_camera_board)
+    shape = (camera.height, camera.width)
+    heights = np.zeros(shape, np.float32)
+    numbers = _flat(board, camera, T_camera_board)
+    tops = np.ones(shape, bool)
+    nearest = (-origin[2] / rays[..., 2]).astype(np.float32)
+    whole, owned = np.zeros(len(board.components)), {}
+    for number, component in enumerate(board.components):
+        outline = silhouette(component, camera, T_camera_board)
+        whole[number] = max(cv2.contourArea(outline), 1.0)
+        window = _window(outline, camera)
+        if window is None:
+            continue
+        reach, on_top = _meet(component, origin, rays[window])
+        hit = reach < nearest[window]
+        owned[number] = (window, np.isfinite(reach))
+        nearest[window][hit] = reach[hit]
+        numbers[window][hit] = number
+        tops[window][hit] = on_top[hit]
+        heights[window][hit] = (origin[2] + reach * rays[window][..., 2])[hit]
+    seen = np.bincount(numbers[numbers >= 0].ravel(), minlength=len(whole))
+    hidden_by = np.full(len(whole), -1, np.int16)
+    for number, (window, covers) in owned.items():
+        others = numbers[window][covers & (numbers[window] != number)]
+        if (others >= 0).any():
+            hidden_by[number] = np.bincount(others[others >= 0]).argmax()
+    boxes = np.array([_seen(numbers, number, owned) for number in range(len(whole))])
+    return Shown(
+        numbers, heights, tops, np.minimum(seen / whole, 1.0), hidden_by, boxes.reshape(-1, 4)
+    )
+
+
+def _seen(
+    numbers: NDArray[np.int16], number: int,
+    owned: Mapping[int, tuple[tuple[slice, slice], NDArray[np.bool_]]],
+) -> tuple[int, int, int, int]:  # fmt: skip
+    """The box of what is seen of a component."""
+    if number not in owned:
+        return (0, 0, 0, 0)
+    rows, columns = window = owned[number][0]
+    left, top, width, height = cv2.boundingRect((numbers[window] == number).astype(np.uint8))
+    left, top = left + columns.start, top + rows.start
+    return (left, top, left + width, top + height) if width else (0, 0, 0, 0)
+
+
+def _rays(camera: Camera, T_camera_board: SE3) -> tuple[NDArray[np.float32], Array]:
+    """Directions (H, W, 3) of all pixels and the camera's centre (3,), in the board's frame."""
+    u = np.arange(0, camera.width + _GRID_PX, _GRID_PX, dtype=float)
+    v = np.arange(0, camera.height + _GRID_PX, _GRID_PX, dtype=float)
+    xy = camera.unproject(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+    T = T_camera_board.inverse()
+    grid = (np.column_stack([xy, np.ones(len(xy))]) @ T.rotation.T).reshape(len(v), len(u), 3)
+    return spread_grid(grid, _GRID_PX, (camera.height, camera.width)), T.translation
+
+
+def spread_grid(grid: Array, step: int, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Values (H, W, ...) in every pixel from those at every `step`-th pixel, linear between."""
+    rows, columns = np.arange(shape[0]) / step, np.arange(shape[1]) / step
+    u, v = (a.astype(np.float32) for a in np.meshgrid(columns, rows))
+    return np.asarray(cv2.remap(grid.astype(np.float32), u, v, cv2.INTER_LINEAR), np.float32)
+
+
+def _flat(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> NDArray[np.int16]:
+    """The bare laminate and its markers, (H, W)."""
+    numbers = np.full((camera.height, camera.width), NOTHING, np.int16)
+    half = np.array(board.size[:2]) / 2
+    plates = [(marker.plate(), marker.z, MARKER) for marker in board.markers]
+    for corners, z, number in [(_EDGES * half, 0.0, BARE), *plates]:
+        ps = np.column_stack([corners, np.full(4, z)])
+        uv = camera.project(apply(T_camera_board, ps))
+        cv2.fillConvexPoly(numbers, np.rint(uv * 16).astype(np.int32), number, shift=4)
+    return numbers
+
+
+def silhouette(component: Component, camera: Camera, T_camera_board: SE3) -> NDArray[np.float32]:
+    """The corners (n, 1, 2) px of the outline of a component's box."""
+    low, high = (
+        np.column_stack([component.footprint, np.full(4, z)]) for z in (component.z, component.top)
+    )
+    uv = camera.project(apply(T_camera_board, np.vstack([low, high])))
+    return np.asarray(cv2.convexHull(uv.astype(np.float32)), np.float32)
+
+
+def _window(outline: NDArray[np.float32], camera: Camera) -> tuple[slice, slice] | None:
+    """Rows and columns of the picture that an outline may cover; None if it covers none."""
+    (left, top), (right, bottom) = outline[:, 0].min(axis=0), outline[:, 0].max(axis=0)
+    rows = slice(max(int(top), 0), min(int(bottom) + 2, camera.height))
+    columns = slice(max(int(left), 0), min(int(right) + 2, camera.width))
+    return (rows, columns) if rows.start < rows.stop and columns.start < columns.stop else None
+
+
+def _meet(
+    component: Component, origin: Array, rays: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """How far (H, W) along each ray the component's box is, inf if missed; whether from above."""
+    c, s = np.cos(component.rotation), np.sin(component.rotation)
+    R = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]])
+    start = R @ (origin - [component.x, component.y, component.z + component.height / 2])
+    along = rays @ R.T.astype(np.float32)
+    half = np.array([component.width, component.depth, component.height]) / 2
+    with np.errstate(divide="ignore"):
+        near = (-np.sign(along) * half - start) / along
+        far = (np.sign(along) * half - start) / along
+    enter, leave = near.max(axis=-1), far.min(axis=-1)
+    reach = np.where((enter < leave) & (enter > 0), enter, np.inf).astype(np.float32)
+    return reach, near.argmax(axis=-1) == 2

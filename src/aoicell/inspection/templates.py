@@ -1,0 +1,179 @@
+"""What each component looks like in the reference: the pixels that tell of it, and of nothing else.
+
+A pixel belongs to what it shows; a rim of bare board around a component tells where it ends. A
+blurred border with a neighbour is no evidence, and neither are side walls where the upper side is
+seen: their light comes from elsewhere when the board lies elsewhere.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from aoicell.board import BoardDesign, Component
+from aoicell.camera import Camera
+from aoicell.inspection.findings import Box
+from aoicell.inspection.shown import BARE, Shown
+from aoicell.transforms import SE3, Array
+
+Plane = NDArray[np.float32]
+HOLLOW = ("dimm_module", "heatsink")
+MOSTLY = 0.4  # share of a component that is seen of one that hardly anything stands on
+_BLUR_PX = 1.5  # so far a border is blurred
+_BORDER_PX = 2.5  # so far from a neighbour that is in its place to less than a pixel
+_LEAST_EVIDENCE = 0.25  # of what is seen of a component
+_TOP = 0.7  # of a round part's radius: clear of its flanks
+
+
+@dataclass(frozen=True)
+class TemplateConfig:
+    """Which pixels count: a `rim_px` of bare board, at most `most_px` of a component, evenly
+    thinned out, at least `least_px` of them. Side walls count where upper sides are fewer than
+    `few_px`; a component of which less than `least_share` is seen is not looked at. Along the edges
+    of hollow parts, `parallax_px` show anything.
+    """
+
+    rim_px: int = 2
+    most_px: int = 1800
+    least_px: int = 12
+    few_px: int = 50
+    least_share: float = 0.1
+    parallax_px: int = 3
+
+
+@dataclass(frozen=True)
+class Template:
+    """A component, and its number in the board's list, as the reference shows it in n pixels, which
+    are the share `visible` of its outline.
+
+    `uv` (n, 2); grey `values`, their `slopes` (n, 2) and their `spread` (n,) over good boards;
+    `inside` (n,) is false on the rim, `core` (n,) true where no border is near.
+    `centre_px` is the middle of its upper side, `D` (2, 2) the pixels that it moves by a metre
+    along the board's x and y.
+    """
+
+    component: Component
+    number: int
+    box: Box
+    visible: float
+    uv: NDArray[np.float32]
+    values: Array
+    slopes: Array
+    spread: Array
+    inside: NDArray[np.bool_]
+    core: NDArray[np.bool_]
+    centre_px: Array
+    D: Array
+
+    @property
+    def hollow(self) -> bool:
+        """Whether one sees what is behind it, between its upper sides or what stands on it."""
+        return self.component.kind in HOLLOW or self.visible < MOSTLY
+
+
+def templates_of(
+    mean: Plane, spread: Plane, shown: Shown, board: BoardDesign, camera: Camera,
+    T_camera_board: SE3, config: TemplateConfig,
+) -> dict[str, Template]:  # fmt: skip
+    """By id, the components of which the reference shows enough."""
+    slopes = np.dstack(
+        [cv2.Sobel(mean, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in ((1, 0), (0, 1))]
+    )
+    found = {}
+    for number, component in enumerate(board.components):
+        D, centre_px = _scale(component, camera, T_camera_board)
+        window = _window(shown, number, config.rim_px)
+        if window is None or shown.shares[number] < config.least_share:
+            continue
+        mask, depth = _evidence(shown, window, number, board, config)
+        if board.tolerance(component).rotation >= np.pi:
+            mask &= _round(component, window, centre_px, D)
+        rows, columns = np.nonzero(mask)
+        seen = int((depth > 0).sum())
+        if (depth[mask] > 0).sum() < max(config.least_px, _LEAST_EVIDENCE * seen):
+            continue
+        keep = slice(None, None, -(-len(rows) // config.most_px))
+        rows, columns = rows[keep], columns[keep]
+        inside, core = depth[rows, columns] > 0, depth[rows, columns] > _BLUR_PX
+        at = (rows + window[0].start, columns + window[1].start)
+        found[component.id] = Template(
+            component, number,
+            (window[1].start, window[0].start, window[1].stop, window[0].stop),
+            float(shown.shares[number] * (depth[mask] > 0).sum() / seen),
+            np.column_stack([at[1], at[0]]).astype(np.float32),
+            mean[at].astype(float), slopes[at].astype(float), spread[at].astype(float),
+            inside, core if core.sum() >= config.least_px else inside, centre_px, D,
+        )  # fmt: skip
+    return found
+
+
+def _round(
+    component: Component, window: tuple[slice, slice], centre_px: Array, D: Array
+) -> NDArray[np.bool_]:
+    """The pixels (h, w) of a window on the top of a part that may stand any way round.
+
+    Its flanks do not turn with it: light and parallax stay where they are.
+    """
+    v, u = np.mgrid[window[0], window[1]]
+    arms = (np.stack([u, v], axis=-1) - centre_px) @ np.linalg.inv(D).T
+    radius = _TOP * min(component.width, component.depth) / 2
+    return np.asarray(np.linalg.norm(arms, axis=-1) < radius)
+
+
+def _scale(component: Component, camera: Camera, T: SE3) -> tuple[Array, Array]:
+    """Pixels per metre of the board's plane (2, 2) at the middle of the upper side, and that."""
+    step = 1e-4
+    middle = np.array([component.x, component.y, component.top])
+    uv = camera.project(middle + step * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), T)
+    return (uv[1:] - uv[0]).T / step, uv[0]
+
+
+def _window(shown: Shown, number: int, margin: int) -> tuple[slice, slice] | None:
+    """Rows and columns that hold what is seen of a component, with a margin."""
+    left, top, right, bottom = (int(edge) for edge in shown.boxes[number])
+    if right <= left:
+        return None
+    height, width = shown.numbers.shape
+    return (
+        slice(max(top - margin, 0), min(bottom + margin, height)),
+        slice(max(left - margin, 0), min(right + margin, width)),
+    )
+
+
+def _evidence(
+    shown: Shown, window: tuple[slice, slice], number: int, board: BoardDesign,
+    config: TemplateConfig,
+) -> tuple[NDArray[np.bool_], Plane]:  # fmt: skip
+    """The pixels of a window (h, w) that tell of a component, and how deep (px) in it they lie."""
+    pad = 16  # neighbours just outside the window count as well
+    wide = tuple(
+        slice(max(s.start - pad, 0), min(s.stop + pad, size))
+        for s, size in zip(window, shown.numbers.shape, strict=True)
+    )
+    numbers = shown.numbers[wide]
+    own = numbers == number
+    allowed = (numbers == BARE) | own
+    component = board.components[number]
+    for other in np.unique(numbers[(numbers >= 0) & ~own]):
+        neighbour = board.components[other]
+        if neighbour.id == component.on:
+            allowed |= numbers == other
+            continue
+        allowed &= _distance(numbers != other) > _BORDER_PX
+    if component.kind in HOLLOW:
+        allowed &= _distance(own) > config.parallax_px
+    else:
+        allowed &= _distance(~own) <= config.rim_px
+    walls = own & ~shown.tops[wide]
+    if (allowed & own & ~walls).sum() >= config.few_px:
+        allowed &= _distance(~walls) > 1
+    inner = tuple(
+        slice(s.start - w.start, s.stop - w.start) for s, w in zip(window, wide, strict=True)
+    )
+    return allowed[inner], _distance(own)[inner]
+
+
+def _distance(mask: NDArray[np.bool_]) -> Plane:
+    """How far (px) each pixel of the mask is from those that are not in it."""
+    return np.asarray(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 3), np.float32)

@@ -1,0 +1,104 @@
+"""From a component's match to what is said of it, and how sure that is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from aoicell.board import Tolerance
+from aoicell.inspection.findings import Finding, State
+from aoicell.inspection.matching import Match
+from aoicell.inspection.templates import Template
+
+_WORST = 0.05  # share of the pixels whose misfit counts as a mark on a part
+
+
+@dataclass(frozen=True)
+class VerdictConfig:
+    """What a good part's misfit stays below, in sigma: over all its pixels (`rms`), over the worst
+    twentieth of them (`worst`), and in its gain and offset (`strain`).
+
+    `spread` is how much a part's misfit differs from picture to picture, relative (one sigma). A
+    part that was found elsewhere correlates with the reference by `correlation`, its rim included;
+    there, a share of its pixels is `forgiven`: it may be covered, and its corners show the board.
+    One that seems beyond its tolerance has to be so by `doubt` sigma: most parts are good.
+    """
+
+    rms: float = 1.6
+    worst: float = 5.4
+    strain: float = 3.0
+    spread: float = 0.1
+    correlation: float = 0.5
+    forgiven: float = 0.15
+    doubt: float = 1.0
+
+
+def misfit(match: Match, config: VerdictConfig, forgiven: float = 0.0) -> float:
+    """How far a match is from what good parts show, relative to the limit: above 1, it is none.
+
+    The worst pixels, a share `forgiven`, are left out.
+    """
+    asked = np.abs(match.z[match.z != 0])
+    if not len(asked):
+        return np.inf
+    if forgiven:
+        asked = np.sort(asked)[: max(int((1 - forgiven) * len(asked)), 1)]
+    count = max(int(_WORST * len(asked)), 4)
+    worst = float(np.partition(asked, -min(count, len(asked)))[-count:].mean())
+    rms = float(np.sqrt(np.mean(asked**2)))
+    return max(rms / config.rms, worst / config.worst, match.strain / config.strain)
+
+
+def placed(
+    match: Match, template: Template, tolerance: Tolerance, view: str, config: VerdictConfig
+) -> Finding:
+    """A component that was found where `match` says: present, shifted or rotated.
+
+    The confidence is the probability that it lies on this side of its tolerance, by the
+    covariance of its place, and that it would fit again in another picture.
+    """
+    shift, rotation = match.place.shift, match.place.rotation
+    moved = float(np.hypot(*shift))
+    along = np.array(shift) / moved if moved > 0 else np.array([1.0, 0.0])
+    sigma = float(np.sqrt(along @ match.covariance[:2, :2] @ along)) + 1e-9
+    sigma_turn = float(np.sqrt(match.covariance[2, 2])) + 1e-9
+    beyond = (moved - tolerance.shift) / sigma
+    beyond_turn = (abs(rotation) - tolerance.rotation) / sigma_turn
+    if tolerance.rotation >= np.pi:
+        beyond_turn = -np.inf
+    elsewhere = beyond > config.doubt or beyond_turn > config.doubt
+    times = max(misfit(match, config, config.forgiven if elsewhere else 0.0), 0.1)
+    fits = ndtr((1 - times) / (config.spread * times))
+    state: State = "present"
+    reason = ""
+    if beyond_turn > config.doubt and (
+        abs(rotation) / tolerance.rotation > moved / tolerance.shift
+    ):
+        state = "rotated"
+        reason = (
+            f"turned by {np.degrees(rotation):.1f} deg, {np.degrees(tolerance.rotation):.1f} deg"
+            " are accepted"
+        )
+    elif beyond > config.doubt:
+        state = "shifted"
+        reason = f"{moved * 1e3:.2f} mm off, {tolerance.shift * 1e3:.2f} mm are accepted"
+    within = ndtr(-beyond) * ndtr(-beyond_turn)
+    probability = fits * (within if state == "present" else 1 - within)
+    return Finding(
+        template.component.id, state, shift, rotation, float(probability), view,
+        template.box, template.visible, reason,
+    )  # fmt: skip
+
+
+def lost(
+    match: Match, template: Template, absent: bool, view: str, config: VerdictConfig
+) -> Finding:
+    """A component that was found nowhere: absent where its place is bare, else the wrong part."""
+    times = misfit(match, config)
+    state: State = "absent" if absent else "wrong_part"
+    reason = "its place is bare" if absent else "what is in its place looks different"
+    return Finding(
+        template.component.id, state, confidence=float(ndtr((times - 1) / (config.spread * times))),
+        view=view, area_px=template.box, visible=template.visible,
+        reason=f"{reason}: {times:.1f} times the misfit that a good part may have",
+    )  # fmt: skip

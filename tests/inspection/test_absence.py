@@ -1,0 +1,50 @@
+"""A part that is not there."""
+
+import numpy as np
+import pytest
+
+from aoicell.inspection import ViewInspection, inspect_view
+from aoicell.transforms import translation
+from inspection.flat_boards import T_CAMERA_BOARD, Flat, painted, photograph
+from inspection.scenes import MISSING, called, is_finite
+
+GONE = ("U2", "U9", "U13")
+
+
+@pytest.mark.parametrize("light", [0.8, 1.0, 1.2])
+def test_a_bare_place_is_absent_in_any_light(flat: Flat, light: float) -> None:
+    T = T_CAMERA_BOARD * translation(1e-3, 5e-4)
+    new = photograph(painted(flat.board, missing=GONE), T, 6, light)
+    inspection = inspect_view(new, flat.reference, flat.board)
+    assert sorted(called(inspection)) == sorted(GONE)
+    assert {inspection.findings[id].state for id in GONE} == {"absent"}
+    assert all(inspection.findings[id].confidence > 0.9 for id in GONE)
+    assert inspection.foreign == (), "a missing part leaves no foreign object"
+    assert is_finite(inspection)
+
+
+def test_something_else_in_its_place_is_not_absent(flat: Flat, rng: np.random.Generator) -> None:
+    """Two parts that were mixed up: there, but not what should be there."""
+    a, b = (flat.board.component(id) for id in ("U6", "U8"))
+    swapped = {
+        "U6": (b.x - a.x, b.y - a.y, b.rotation - a.rotation),
+        "U8": (a.x - b.x, a.y - b.y, a.rotation - b.rotation),
+    }
+    new = photograph(painted(flat.board, swapped), seed=7)
+    inspection = inspect_view(new, flat.reference, flat.board)
+    assert sorted(called(inspection)) == ["U6", "U8"]
+    assert {inspection.findings[id].state for id in ("U6", "U8")} == {"wrong_part"}
+
+
+@pytest.mark.parametrize("id", MISSING)
+def test_a_missing_part_of_the_server_board_is_found(inspected: ViewInspection, id: str) -> None:
+    """From a chip resistor to a coil, some of whose places look like what stood there."""
+    assert inspected.findings[id].is_defect
+    assert inspected.findings[id].confidence > 0.5
+    assert inspected.findings[id].reason
+
+
+def test_most_missing_parts_are_said_to_be_absent_or_wrong(inspected: ViewInspection) -> None:
+    states = [inspected.findings[id].state for id in MISSING]
+    assert set(states) <= {"absent", "wrong_part"}
+    assert "absent" in states

@@ -1,0 +1,102 @@
+"""Where a part is against its reference: signs, units and frames, on a board of known truth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aoicell.board import Tolerance
+from aoicell.inspection import Reference, ViewInspection, inspect_view
+from aoicell.transforms import from_twist
+from inspection.flat_boards import T_CAMERA_BOARD, Flat, Pose, flat_reference, painted, photograph
+from inspection.scenes import ROTATED, SHIFTED, TOLERATED, called, is_finite
+
+MM, DEG = 1e-3, np.pi / 180
+MOVED: dict[str, Pose] = {
+    "U0": (0.5 * MM, 0, 0),
+    "U3": (0, 0.5 * MM, 0),
+    "U7": (-1 * MM, 0, 0),
+    "U18": (2 * MM, 1 * MM, 0),
+    "U11": (0, 0, 10 * DEG),
+    "U13": (0, 0, -20 * DEG),
+    "U16": (0.12 * MM, -0.08 * MM, 0),  # within 0.2 mm,
+    "U5": (0, 0, 3 * DEG),  # and within 5 deg
+}
+SHIFTS = [id for id, (x, y, _) in MOVED.items() if np.hypot(x, y) > 0.2 * MM]
+TURNS = [id for id, (_, _, turn) in MOVED.items() if abs(turn) > 5 * DEG]
+
+
+@pytest.fixture(scope="module")
+def misplaced(flat: Flat) -> ViewInspection:
+    """The flat board with `MOVED` parts, itself lying elsewhere and turned."""
+    T = T_CAMERA_BOARD * from_twist([2 * MM, -1 * MM, 0, 0, 0, 1.5 * DEG])
+    new = photograph(painted(flat.board, MOVED), T, seed=3)
+    return inspect_view(new, flat.reference, flat.board)
+
+
+@pytest.mark.parametrize("id", MOVED)
+def test_a_part_is_measured_where_it_is(misplaced: ViewInspection, id: str) -> None:
+    """In the board's frame, although camera and board are turned."""
+    finding, (x, y, turn) = misplaced.findings[id], MOVED[id]
+    assert finding.shift == pytest.approx((x, y), abs=0.06 * MM)
+    assert finding.rotation == pytest.approx(turn, abs=0.5 * DEG)
+
+
+def test_states_are_those_of_the_tolerances(misplaced: ViewInspection) -> None:
+    assert {misplaced.findings[id].state for id in SHIFTS} == {"shifted"}
+    assert {misplaced.findings[id].state for id in TURNS} == {"rotated"}
+    assert sorted(called(misplaced)) == sorted([*SHIFTS, *TURNS])
+    assert misplaced.foreign == ()
+    assert is_finite(misplaced)
+    assert all(misplaced.findings[id].reason for id in [*SHIFTS, *TURNS])
+
+
+def test_a_wider_class_accepts_more_and_a_narrower_one_less(flat: Flat) -> None:
+    new = photograph(painted(flat.board, {"U8": (0.3 * MM, 0, 0)}), seed=4)
+    for shift, state in ((0.1, "shifted"), (0.5, "present")):
+        parts = [replace(c, tolerance="own") for c in flat.board.components]
+        board = replace(
+            flat.board, components=tuple(parts), tolerances={"own": Tolerance(shift * MM, 5 * DEG)}
+        )
+        finding = inspect_view(new, flat.reference, board).findings["U8"]
+        assert finding.state == state
+        assert finding.shift == pytest.approx((0.3 * MM, 0), abs=0.06 * MM)
+
+
+def test_what_may_turn_as_it_likes_is_not_rotated(flat: Flat) -> None:
+    parts = [replace(c, tolerance="free") for c in flat.board.components]
+    board = replace(
+        flat.board, components=tuple(parts), tolerances={"free": Tolerance(0.5 * MM, np.pi)}
+    )
+    new = photograph(painted(flat.board, {"U8": (0, 0, 25 * DEG)}), seed=4)
+    finding = inspect_view(new, flat.reference, board).findings["U8"]
+    assert finding.state not in ("rotated", "absent")
+
+
+def test_a_reference_that_shows_the_parts_off_measures_against_itself(flat: Flat) -> None:
+    """The golden sample is the standard, not the design."""
+    reference: Reference = flat_reference(painted(flat.board, {"U8": (0.3 * MM, 0, 0)}))
+    finding = inspect_view(photograph(flat.plane, seed=5), reference, flat.board).findings["U8"]
+    assert finding.state == "shifted"
+    assert finding.shift == pytest.approx((-0.3 * MM, 0), abs=0.06 * MM)
+
+
+# ---- in the cell -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("id", SHIFTED)
+def test_a_shifted_part_of_the_server_board(inspected: ViewInspection, id: str) -> None:
+    assert inspected.findings[id].state == "shifted"
+    assert inspected.findings[id].shift == pytest.approx(SHIFTED[id], abs=0.1 * MM)
+
+
+@pytest.mark.parametrize("id", ROTATED)
+def test_a_turned_part_of_the_server_board(inspected: ViewInspection, id: str) -> None:
+    assert inspected.findings[id].state == "rotated"
+    assert inspected.findings[id].rotation == pytest.approx(ROTATED[id], abs=2 * DEG)
+
+
+@pytest.mark.parametrize("id", TOLERATED)
+def test_a_shift_within_the_class_is_present(inspected: ViewInspection, id: str) -> None:
+    assert inspected.findings[id].state == "present"
+    assert inspected.findings[id].shift == pytest.approx(TOLERATED[id], abs=0.1 * MM)
