@@ -10,7 +10,7 @@ from aoicell.planning.meshes import read_mesh
 from aoicell.planning.scan import ScanArea
 from aoicell.planning.scanned_model import ModelConfig, build_model
 from aoicell.transforms import apply, from_xyz_rpy, translation
-from tests.planning.seen_boxes import scan_of
+from planning.seen_boxes import scan_of
 
 pytest.importorskip("open3d", reason="Open3D is not installed: pip install 'aoicell[scan]'")
 

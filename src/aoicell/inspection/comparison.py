@@ -186,7 +186,7 @@ class Comparison:
     def _fits(self, template: Template, match: Match) -> bool:
         """Whether a match near its place is one, with indulgence for what shows its background."""
         config = self._standard.config.verdict
-        return misfit(match, config, config.forgiven if template.hollow else 0.0) < 1
+        return misfit(match, config, config.indulged if template.hollow else 0.0) < 1
 
     def _ignored(self, template: Template, mask: NDArray[Any]) -> NDArray[np.bool_]:
         """Which of a template's pixels lie in a mask (H, W)."""

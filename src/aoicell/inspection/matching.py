@@ -21,7 +21,7 @@ _STILL_PX = 0.15  # a step so small is exact enough without another
 _TURN_LIMIT = 0.1  # rad a step
 _DISBELIEF = 4.0  # Cauchy: pixels off by two sigma count half,
 _CREDIT = 400.0  # at first by twenty: an edge that is still off has to pull
-_PRINT = 8.0  # grey values a pixel: steeper is the part's own edge
+_PRINT = 60.0  # grey values a pixel: print is no steeper
 _PATIENCE, _HOPELESS = 3, 3.0  # after so many steps, half of the pixels off by so many sigma
 APART_PX = 1.5  # farther from its place, a part has other surroundings
 _WHITE = 250.0  # grey values: from here on a sensor tells no more
@@ -63,7 +63,8 @@ class Place:
 @dataclass(frozen=True)
 class Match:
     """A component at a place, with the covariance (3, 3) of that (m, m, rad), the gain and offset
-    of its grey values, and what is left over in each pixel of its template, in sigma (n,).
+    of its grey values, and what is left over in each pixel of its template, in sigma (n,), 0 where
+    none was `asked`.
 
     `moved_px` is how far it is from its place in the picture, turn included; `settled` whether the
     search came to rest; `strain` how unusual gain and offset are, in sigma; `used` the share of
@@ -75,6 +76,7 @@ class Match:
     gain: float
     offset: float
     z: Array
+    asked: NDArray[np.bool_]
     moved_px: float
     settled: bool
     strain: float
@@ -151,14 +153,15 @@ class Matcher:
                 break
             if moved:  # what lies about it is not what lay about its place
                 belief = 1 / (1 + z**2 / max(_DISBELIEF, _CREDIT / 4**step))
-        count = max(int((z != 0).sum()), 1)
+        asked = plain > 0
+        count = max(int(asked.sum()), 1)
         scale = max(float((z**2).sum() / count), 1.0)
         turn = float((turn + np.pi) % (2 * np.pi) - np.pi)
         strain = float(np.hypot(*(x[3:] / self._sigmas[3:])))
         moved_px = float(np.hypot(*(t.D @ shift)) + abs(turn) * self._reach_px)
         return Match(
             Place((float(shift[0]), float(shift[1])), turn), inverse[:3, :3] * scale,
-            1 + float(x[3]), float(x[4]), z, moved_px, settled, strain, count / len(z),
+            1 + float(x[3]), float(x[4]), z, asked, moved_px, settled, strain, count / len(z),
             _correlation(r + t.values, t.values),
         )  # fmt: skip
 

@@ -23,6 +23,7 @@ from aoicell.transforms import SE3, Array, apply, from_rvec
 
 RegistrationState = Literal["registered", "degraded", "no_verdict"]
 _THUMB = 8  # the whole picture's shift is first told in one so many times smaller
+_LEAST_CONTRAST = 5  # grey values, in a picture that shows anything
 _MEDIAN_CHI2 = 1.386  # of two degrees of freedom
 _RADIUS_95 = 2.448  # of a two-dimensional normal distribution, in its sigma
 _LEAST_BLOCKS = 8  # six numbers cannot be told from fewer, nor how sure they are
@@ -109,12 +110,18 @@ def pattern_of(
     heights = shown.heights.astype(float)
     heights[(shown.numbers == MARKER) | (shown.numbers == NOTHING)] = np.nan
     relief = Relief(heights, camera, T_camera_board)
-    levels = tuple(_level(grey, relief, level, config) for level in range(config.levels))
+    flat = _contrast(grey[np.isfinite(heights)]) < _LEAST_CONTRAST
+    numbers = range(0 if flat else config.levels)
+    levels = tuple(_level(grey, relief, level, config) for level in numbers)
     step = 100
     v, u = np.mgrid[step // 2 : camera.height : step, step // 2 : camera.width : step]
     places = relief.points(np.stack([u, v], axis=-1).reshape(-1, 2).astype(float))
     places = places[np.isfinite(places).all(axis=1)]
     return Pattern(_thumb(grey), levels, T_camera_board, camera, places, config)
+
+
+def _contrast(values: Image) -> int:
+    return int(values.max()) - int(values.min()) if values.size else 0
 
 
 def _level(grey: Image, relief: Relief, level: int, config: RegistrationConfig) -> _Level:
@@ -145,13 +152,12 @@ def _thumb(grey: Image) -> NDArray[np.float32]:
 
 def register(new: Image, pattern: Pattern, camera: Camera) -> FineRegistration:
     """The new picture (H, W) of a `camera` against the reference. Never raises: states say why."""
-    config, T = pattern.config, _start(new, pattern)
-    fit = None
-    for number in reversed(range(config.levels)):
+    config, fit = pattern.config, None
+    if not pattern.levels:
+        return _none(pattern, camera, "the reference has no texture to register by")
+    T = _start(new, pattern)
+    for number, level in reversed(list(enumerate(pattern.levels))):
         image = at_level(new, number, config.patch)
-        level = pattern.levels[number]
-        if not len(level.middles):
-            return _none(pattern, camera, "the reference has no texture to register by")
         for _ in range(config.steps):
             fit = _fit(image, level, number, pattern, camera, T)
             if fit is None:

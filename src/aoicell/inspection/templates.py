@@ -88,7 +88,8 @@ def templates_of(
             continue
         mask, depth = _evidence(shown, window, number, board, config)
         if board.tolerance(component).rotation >= np.pi:
-            mask &= _round(component, window, centre_px, D)
+            disc = _round(component, window, centre_px, D)
+            mask, depth = mask & disc, depth * disc
         rows, columns = np.nonzero(mask)
         seen = int((depth > 0).sum())
         if (depth[mask] > 0).sum() < max(config.least_px, _LEAST_EVIDENCE * seen):

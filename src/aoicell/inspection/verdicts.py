@@ -21,7 +21,8 @@ class VerdictConfig:
     `spread` is how much a part's misfit differs from picture to picture, relative (one sigma). A
     part that was found elsewhere correlates with the reference by `correlation`, its rim included;
     there, a share of its pixels is `forgiven`: it may be covered, and its corners show the board.
-    One that seems beyond its tolerance has to be so by `doubt` sigma: most parts are good.
+    A hollow part is `indulged` in its place. Where a place is told worse than to a share `vague` of
+    the tolerance, what seems beyond that has to be so by `doubt` sigma: most parts are good.
     """
 
     rms: float = 1.6
@@ -30,7 +31,9 @@ class VerdictConfig:
     spread: float = 0.1
     correlation: float = 0.5
     forgiven: float = 0.15
-    doubt: float = 1.0
+    indulged: float = 0.08
+    vague: float = 0.15
+    doubt: float = 1.5
 
 
 def misfit(match: Match, config: VerdictConfig, forgiven: float = 0.0) -> float:
@@ -38,7 +41,7 @@ def misfit(match: Match, config: VerdictConfig, forgiven: float = 0.0) -> float:
 
     The worst pixels, a share `forgiven`, are left out.
     """
-    asked = np.abs(match.z[match.z != 0])
+    asked = np.abs(match.z[match.asked])
     if not len(asked):
         return np.inf
     if forgiven:
@@ -66,20 +69,20 @@ def placed(
     beyond_turn = (abs(rotation) - tolerance.rotation) / sigma_turn
     if tolerance.rotation >= np.pi:
         beyond_turn = -np.inf
-    elsewhere = beyond > config.doubt or beyond_turn > config.doubt
+    doubt = config.doubt * (sigma > config.vague * tolerance.shift)
+    doubt_turn = config.doubt * (sigma_turn > config.vague * tolerance.rotation)
+    elsewhere = beyond > doubt or beyond_turn > doubt_turn
     times = max(misfit(match, config, config.forgiven if elsewhere else 0.0), 0.1)
     fits = ndtr((1 - times) / (config.spread * times))
     state: State = "present"
     reason = ""
-    if beyond_turn > config.doubt and (
-        abs(rotation) / tolerance.rotation > moved / tolerance.shift
-    ):
+    if beyond_turn > doubt_turn and (abs(rotation) / tolerance.rotation > moved / tolerance.shift):
         state = "rotated"
         reason = (
             f"turned by {np.degrees(rotation):.1f} deg, {np.degrees(tolerance.rotation):.1f} deg"
             " are accepted"
         )
-    elif beyond > config.doubt:
+    elif beyond > doubt:
         state = "shifted"
         reason = f"{moved * 1e3:.2f} mm off, {tolerance.shift * 1e3:.2f} mm are accepted"
     within = ndtr(-beyond) * ndtr(-beyond_turn)

@@ -14,6 +14,7 @@ from aoicell.benchmark.line.records import BoardRecord
 from aoicell.benchmark.records import InspectionRecord, PartRecord
 from aoicell.benchmark.scoring import residual_record
 from aoicell.board import BoardDesign
+from aoicell.inspection import BoardInspection
 from aoicell.line.station import Inspected
 from aoicell.observation import Observation
 from aoicell.sim.board_turns import looks_alike
@@ -36,7 +37,7 @@ def score_board(
     inspection = None
     if inspected.inspection is not None:
         inspection = score_inspection(inspected.inspection, images, population, world, standards)
-    parts = _shown_parts(inspection, population, world, images)
+    parts = _shown_parts(inspection, inspected.inspection, population, world, images)
     wrong = [part for part in parts if part.planted and not part.tolerated]
     unclear = {part.component for part in parts if _is_unclear(part, population.design)}
     drift, taught = conveyor.drift, set_up.record.before_board
@@ -47,7 +48,7 @@ def score_board(
         truth="" if inspection is None else _right_verdict(wrong, unclear),
         planted=len(population.defects),
         unseen=len(population.defects) - sum(bool(part.planted) for part in parts),
-        escapes=sum(not p.called for p in wrong if p.component not in unclear),
+        escapes=sum(_escaped(p) for p in wrong if p.component not in unclear),
         false_calls=sum(
             p.called for p in parts if p not in wrong and p.component not in unclear
         ),
@@ -70,21 +71,30 @@ def score_board(
 
 
 def _shown_parts(
-    inspection: InspectionRecord | None,
+    record: InspectionRecord | None,
+    inspection: BoardInspection | None,
     population: Population,
     world: World,
     images: Mapping[str, Observation],
 ) -> list[PartRecord]:
-    """The parts that were wrong or called so, but for foreign objects that no picture shows."""
+    """What was wrong or called so, but for parts and foreign objects that no picture shows."""
+    if record is None or inspection is None:
+        return []
     places = {d.component: d.shift for d in population.defects if d.kind == "foreign_object"}
-    hidden = {id for id, place in places.items() if not _is_shown(place, world, images.values())}
-    return [p for p in (inspection.parts if inspection else []) if p.component not in hidden]
+    shown = {id for id, place in places.items() if _is_shown(place, world, images.values())}
+    shown |= set(inspection.components)
+    return [part for part in record.parts if part.component in shown or not part.planted]
 
 
 def _is_shown(place: tuple[float, float], world: World, images: Iterable[Observation]) -> bool:
     point = np.array([[*place, 0.0]])
     truths = [world.truth_of(image) for image in images]
     return any(bool(truth.camera.sees(point, truth.T_camera_board)) for truth in truths)
+
+
+def _escaped(part: PartRecord) -> bool:
+    """Whether a wrong part was said to be in order; no verdict on it says no such thing."""
+    return not part.called and part.state != "no_verdict"
 
 
 def _is_unclear(part: PartRecord, board: BoardDesign) -> bool:
