@@ -5,6 +5,7 @@
 .PHONY: help setup demo test lock clean
 SHELL := /bin/bash
 BIN := .venv/bin
+unexport PYTHONDONTWRITEBYTECODE # or each of many processes would compile all sources anew
 
 # The rendering back end that the set-up found, unless the caller names one.
 BACKEND = export MUJOCO_GL=$${MUJOCO_GL:-$$(cat .venv/.backend)}
@@ -18,13 +19,17 @@ setup: ## make .venv with the locked packages and see that pictures can be rende
 demo: setup ## run the two-test experiment and print its tables
 	@$(BACKEND); $(BIN)/aoicell demo
 
+# Types and architecture, which take one core, are checked beside the tests and shown below them.
 test: setup ## style, types, architecture and tests
 	@.ci/setup.sh --browser
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
-	$(BIN)/lint-imports --no-logo --cache-dir .cache/import-linter
-	@$(BACKEND); $(BIN)/pytest -n auto --dist loadfile
+	@$(BACKEND); mkdir -p .cache; \
+	    { $(BIN)/mypy && $(BIN)/lint-imports --no-logo --cache-dir .cache/import-linter; } \
+	        &>.cache/static.log & static=$$!; \
+	    $(BIN)/pytest -n auto --dist loadfile; tests=$$?; \
+	    wait $$static; static=$$?; \
+	    cat .cache/static.log; exit $$((tests || static))
 
 lock: ## resolve requirements.lock anew from pyproject.toml
 	@python3 -m venv .cache/lock

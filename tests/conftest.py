@@ -13,6 +13,7 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "LP_NUM_THREADS"):
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,6 +32,25 @@ settings.register_profile(
 settings.load_profile("aoicell")
 
 TaughtPoses = Callable[[Nominal], Mapping[str, Array]]
+
+# Files whose tests share the calibrated cells of helpers.sessions.
+_SHARING = {
+    f"tests/{name}.py"
+    for name in "benchmark/test_trial test_cli test_doctor test_pipeline test_wall".split()
+}
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """`--dist loadfile`, but one worker for all that would make the same sessions again."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class Sharing(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = super()._split_scope(nodeid)
+            return "sessions" if file in _SHARING else file
+
+    return Sharing(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
 @pytest.fixture(scope="session")

@@ -17,9 +17,6 @@ from aoicell.resources import find
 from aoicell.scenario import load_scenario
 from aoicell.sim.adversity import CAUSES
 
-EACH = 2
-TRIALS = EACH * len(CAUSES)
-
 
 @pytest.fixture(scope="module")
 def session(nominal: Nominal) -> Iterator[Session]:
@@ -29,13 +26,20 @@ def session(nominal: Nominal) -> Iterator[Session]:
     session.world.close()
 
 
+@pytest.fixture(scope="module", params=[1, pytest.param(2, marks=pytest.mark.slow)])
+def each(request: pytest.FixtureRequest) -> int:
+    """How often every cause has its turn."""
+    return int(request.param)
+
+
 @pytest.fixture(scope="module")
-def records(session: Session) -> list[TrialRecord]:
-    return [run_localisation_trial(session, trial)[0].record for trial in range(TRIALS)]
+def records(session: Session, each: int) -> list[TrialRecord]:
+    trials = range(each * len(CAUSES))
+    return [run_localisation_trial(session, trial)[0].record for trial in trials]
 
 
-def test_every_cause_has_its_turn(records: list[TrialRecord]) -> None:
-    assert Counter(r.injected for r in records) == dict.fromkeys(CAUSES, EACH)
+def test_every_cause_has_its_turn(records: list[TrialRecord], each: int) -> None:
+    assert Counter(r.injected for r in records) == dict.fromkeys(CAUSES, each)
 
 
 def test_nothing_is_silently_wrong(session: Session, records: list[TrialRecord]) -> None:
@@ -44,13 +48,15 @@ def test_nothing_is_silently_wrong(session: Session, records: list[TrialRecord])
     assert not wrong
 
 
-def test_refusals_speak_of_what_went_wrong(session: Session, records: list[TrialRecord]) -> None:
+def test_refusals_speak_of_what_went_wrong(
+    session: Session, records: list[TrialRecord], each: int
+) -> None:
     counts = by_cause(records, session.scenario.tolerance_mm)
     refused = sum(c["refused"] for c in counts.values())
     assert refused >= 5  # or there was nothing to match
     assert sum(c["matched"] for c in counts.values()) >= 0.95 * refused
-    assert counts["none"]["corrected"] == EACH
-    assert counts["moved_camera"]["reasons"] == {"contradicted": EACH}
+    assert counts["none"]["corrected"] == each
+    assert counts["moved_camera"]["reasons"] == {"contradicted": each}
     assert counts["blur"]["refused"] + counts["occlusion"]["refused"] >= 1
 
 

@@ -10,6 +10,7 @@ from aoicell.nominal import Nominal
 from aoicell.observation import Observation
 from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw
+from aoicell.sim.projection import PicturelessCell
 from aoicell.sim.tolerances import Tolerances
 from aoicell.sim.world import World
 from aoicell.targets.detector import IN_PICTURES
@@ -23,13 +24,14 @@ RP_MM = 0.36  # ISO 9283; 0.1 mm of sigma along each axis
 @pytest.fixture(scope="module")
 def loose_world(nominal: Nominal) -> Iterator[World]:
     """An exact cell whose arm does not arrive exactly."""
-    world = World(nominal, draw(nominal, Tolerances(repeatability_mm=RP_MM), seed=1))
+    world = World(nominal, draw(nominal, Tolerances(repeatability_mm=RP_MM), seed=1), False)
     yield world
     world.close()
 
 
 def standards(world: World, poses: Mapping[str, Array]) -> list[Observation]:
-    cell = SimCell(world)
+    """The taught views' instants; no picture is looked at."""
+    cell = PicturelessCell(world)
     pictures = []
     for id in ("V1", "V2", "V3", "V4"):
         cell.move(poses[id])

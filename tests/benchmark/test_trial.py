@@ -70,18 +70,23 @@ def true_residuals(session: Session, trial: int, method: str) -> tuple[list[floa
     return mm, px
 
 
+@pytest.mark.parametrize(
+    "trials", [range(6), pytest.param(range(6, TRIALS), marks=pytest.mark.slow)], ids=str
+)
 @pytest.mark.parametrize("method", ["paper", "aoicell_one_look", "aoicell"])
-def test_an_exact_cell_is_corrected_exactly(ideal_session: Session, method: str) -> None:
-    results = [true_residuals(ideal_session, trial, method) for trial in range(TRIALS)]
+def test_an_exact_cell_is_corrected_exactly(
+    ideal_session: Session, method: str, trials: range
+) -> None:
+    results = [true_residuals(ideal_session, trial, method) for trial in trials]
     mm, px = ([np.mean(values) for values in column] for column in zip(*results, strict=True))
     assert np.mean(mm) <= MM
     assert np.mean(px) <= PX
 
 
-@pytest.fixture(scope="module")
-def detected(ideal_session: Session) -> list[TrialResult]:
-    """Two of those trials with all pictures."""
-    return [result for trial in (0, 1) for result in run_trial(ideal_session, trial)]
+@pytest.fixture(scope="module", params=[0, pytest.param(1, marks=pytest.mark.slow)])
+def detected(request: pytest.FixtureRequest, ideal_session: Session) -> list[TrialResult]:
+    """One of those trials with all pictures."""
+    return run_trial(ideal_session, request.param)
 
 
 def test_and_so_it_looks_in_the_pictures(
@@ -225,10 +230,12 @@ def test_in_the_papers_cell_the_better_method_is_better(
 
 def test_a_marker_out_of_view_is_refused_by_name(ideal_session: Session) -> None:
     session = with_displacement(ideal_session, trials=2, shift_mm=[250.0, 250.0])
-    for result in run_trial(session, 0):
+    # markerless sees enough of the board without its markers
+    by_markers = {n: m for n, m in session.methods.items() if n != "markerless"}
+    results = run_trial(replace(session, methods=by_markers), 0)
+    assert len(results) == len(by_markers) > 0
+    for result in results:
         record = result.record
-        if record.method == "markerless":  # it sees enough of the board without its markers
-            continue
         assert record.outcome == "refused"
         assert "missing: " in record.reason
         assert "M1" in record.reason

@@ -12,6 +12,9 @@ from aoicell.errors import InputError
 
 from .bad_recordings import SPOILS, good, spoiled, write
 
+# Long to solve, and tried every day by test_solve (on disk) or calibration/test_calibrate.
+ELSEWHERE = ("moved up", "shuffled", "transposed", "two swapped")
+
 
 def outcome(manifest: Path) -> str:
     """The verdict, or 'input' where the files themselves are refused; always with a reason."""
@@ -27,7 +30,9 @@ def test_the_recording_that_is_spoiled_is_a_good_one(tmp_path: Path) -> None:
     assert outcome(write(good(np.random.default_rng(0)), tmp_path / "good")) == "ok"
 
 
-@pytest.mark.parametrize("kind", SPOILS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=pytest.mark.slow) if k in ELSEWHERE else k for k in SPOILS]
+)
 def test_a_bad_recording_is_never_ok(kind: str, tmp_path: Path) -> None:
     assert outcome(spoiled(kind, 0, tmp_path / "bad")) in ("input", "suspect", "refused")
 

@@ -113,8 +113,8 @@ def test_all_blank_is_refused_with_the_reason(tmp_path: Path) -> None:
     ("old", "new"),
     [
         ("columns = 7", "columns = 5"),
-        ("columns = 7", "columns = 8"),
-        ("rows = 6", "rows = 5"),
+        pytest.param("columns = 7", "columns = 8", marks=pytest.mark.slow),
+        pytest.param("rows = 6", "rows = 5", marks=pytest.mark.slow),
         ("T_base_flange", "T_flange_base"),
         ("eye_in_hand", "eye_to_hand"),
         ("square_mm = 16.0", "square_mm = 25.4"),

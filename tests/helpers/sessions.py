@@ -22,8 +22,9 @@ from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw
 from aoicell.sim.profiles import IDEAL
 from aoicell.sim.world import World
-from aoicell.targets.detector import IN_PICTURES
+from aoicell.targets.detector import IN_PICTURES, Remembering
 from helpers.fence import fenced
+from helpers.figures import png_alone
 from helpers.running import Rehearsal, Run, run_cli
 
 
@@ -36,18 +37,18 @@ def ideal_rehearsal(nominal: Nominal) -> Iterator[Rehearsal]:
         displacement={"shift_mm": {"min": 0, "max": 60}},  # type: ignore[arg-type]
     )
     world = World(nominal, draw(nominal, IDEAL, scenario.seed))
-    cell = fenced(SimCell(world))
+    cell, detector = fenced(SimCell(world)), Remembering(IN_PICTURES)
     methods = [method for method in METHODS.values() if method.name != "uncorrected"]
     pictures = photograph_targets(cell, nominal)
-    calibrations = calibrate(pictures, nominal, methods)
+    calibrations = calibrate(pictures, nominal, methods, detector)
     taught = photograph_board(cell, nominal)
-    templates = {m.name: teach(taught, calibrations[m.name], nominal, m) for m in methods}
+    templates = {m.name: teach(taught, calibrations[m.name], nominal, m, detector) for m in methods}
     session = Session(
         scenario,
         nominal,
         world,
         cell,
-        IN_PICTURES,
+        detector,
         {m.name: m for m in methods},
         calibrations,
         taught,
@@ -78,7 +79,8 @@ def paper_session(nominal: Nominal) -> Iterator[Session]:
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """`aoicell demo --json`, once."""
     folder = tmp_path_factory.mktemp("demo") / "run"
-    return run_cli("demo", "--json", "--out", folder, folder=folder)
+    with png_alone():
+        return run_cli("demo", "--json", "--out", folder, folder=folder)
 
 
 @pytest.fixture(scope="session")

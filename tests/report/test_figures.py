@@ -1,20 +1,19 @@
 """Figures of a small run directory: written, not empty, and only what the run holds."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from benchmark.records_by_hand import refused, stored, trial, view, world
-from matplotlib.figure import Figure
+from helpers.figures import png_alone
 
 from aoicell.benchmark.records import MarkerRecord, TrialRecord, ViewRecord
 from aoicell.benchmark.store import RunStore
 from aoicell.benchmark.summary import summarise
 from aoicell.nominal import Nominal
-from aoicell.report import figures
 from aoicell.report.figures import write_figures
-from aoicell.report.style import PNG_DPI
 from aoicell.scenario import Scenario, Store
 from aoicell.transforms import SE3, from_xyz_rpy
 
@@ -96,15 +95,9 @@ def check_drawn(paths: list[Path]) -> None:
 
 
 @pytest.fixture
-def as_png_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is drawn does not depend on the formats; each takes its time."""
-
-    def save_png(figure: Figure, path: Path, vector: bool = True) -> list[Path]:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path.with_suffix(".png"), dpi=PNG_DPI)
-        return [path.with_suffix(".png")]
-
-    monkeypatch.setattr(figures, "save", save_png)
+def as_png_alone() -> Iterator[None]:
+    with png_alone():
+        yield
 
 
 def test_the_figures_of_the_two_tests(tmp_path: Path, nominal: Nominal) -> None:

@@ -35,27 +35,33 @@ def picture(world: World) -> Array:
     return world.picture("hand").astype(float)
 
 
+@pytest.fixture(scope="module")
+def untouched(world: World) -> Array:
+    """That picture, before anything went wrong."""
+    return picture(world)
+
+
 def changed(before: Array, after: Array) -> float:
     """Share of pixels that are not what they were."""
     return float((np.abs(after - before) > 3).mean())
 
 
 @pytest.mark.parametrize("cause", CAUSES)
-def test_a_cause_leaves_nothing_behind(world: World, cause: Cause) -> None:
-    before, T, camera = picture(world), world.truth().T_base_camera, world.camera("hand")
+def test_a_cause_leaves_nothing_behind(world: World, untouched: Array, cause: Cause) -> None:
+    T, camera = world.truth().T_base_camera, world.camera("hand")
     with injected(world, draw_adversity(cause, world, np.random.default_rng(4))):
         pass
-    assert (picture(world) == before).all()
+    assert (picture(world) == untouched).all()
     assert world.truth().T_base_camera == T
     assert world.camera("hand") is camera
 
 
 @pytest.mark.parametrize("cause", [c for c in CAUSES if c not in ("none", "out_of_range")])
-def test_every_cause_shows(world: World, cause: Cause) -> None:
-    before, shown = picture(world), []
+def test_every_cause_shows(world: World, untouched: Array, cause: Cause) -> None:
+    shown = []
     for seed in range(2):
         with injected(world, draw_adversity(cause, world, np.random.default_rng(seed))):
-            shown.append(changed(before, picture(world)))
+            shown.append(changed(untouched, picture(world)))
     assert max(shown) > 0.003
 
 
@@ -68,14 +74,13 @@ def test_the_same_draw_is_the_same(world: World) -> None:
     assert first.props != other.props
 
 
-def test_only_what_is_out_is_seen(world: World) -> None:
-    before = picture(world)
+def test_only_what_is_out_is_seen(world: World, untouched: Array) -> None:
     with injected(world, Adversity("occlusion", props={"cable": translation(z=-3.0)})):
-        assert changed(before, picture(world)) == 0  # the others are not in the way meanwhile
+        assert changed(untouched, picture(world)) == 0  # the others are not in the way meanwhile
     for prop in PROPS:
         T = world.T_base_board * translation(z=0.03)
         with injected(world, Adversity("occlusion", props={prop: T})):
-            assert changed(before, picture(world)) > 0.001, prop
+            assert changed(untouched, picture(world)) > 0.001, prop
 
 
 def detected(world: World) -> Array:
@@ -123,20 +128,18 @@ def test_the_lens_drifts_by_what_is_said(world: World) -> None:
         np.testing.assert_allclose(after.K[:2, 2] - before.K[:2, 2], [3.0, 1.0])
 
 
-def test_a_reflection_is_where_the_lamp_is(world: World) -> None:
+def test_a_reflection_is_where_the_lamp_is(world: World, untouched: Array) -> None:
     place = world.T_base_board.act(np.array([0.05, 0.03, 0.0]))
-    before = picture(world)
     with injected(world, Adversity("glare", spoils=((BOARD, Reflection(place, 0.004, 3000)),))):
         after = picture(world)
-    v, u = np.argwhere((after == 255) & (before < 255)).mean(axis=0)
+    v, u = np.argwhere((after == 255) & (untouched < 255)).mean(axis=0)
     np.testing.assert_allclose([u, v], world.project([[0.05, 0.03, 0.0]])[0], atol=2)
-    assert (after >= before).all()
+    assert (after >= untouched).all()
 
 
-def test_a_spoiled_picture_is_that_one_alone(world: World) -> None:
-    before = picture(world)
+def test_a_spoiled_picture_is_that_one_alone(world: World, untouched: Array) -> None:
     with injected(world, Adversity("blur", spoils=((BOARD + 1, Blur(sigma_px=6)),))):
-        assert changed(before, picture(world)) == 0
+        assert changed(untouched, picture(world)) == 0
 
 
 def test_blur_runs_along_its_motion() -> None:

@@ -13,7 +13,7 @@ together and are not as many independent measurements.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from aoicell.calibration.measurement import Linearisation, linearise
 from aoicell.calibration.parameters import Estimate, Layout, offset_from_prior, retract
@@ -24,7 +24,7 @@ from aoicell.transforms import Array
 # Squared distances beyond which a point, a pose or a view is taken for an outlier: one in 500
 # of good ones. Beyond, the loss grows like a logarithm, the influence falls like 1 / distance.
 _TAIL = 2e-3
-_POINT_LIMIT, VIEW_LIMIT = float(chi2.isf(_TAIL, 2)), float(chi2.isf(_TAIL, 6))
+_POINT_LIMIT, VIEW_LIMIT = float(chdtri(2, _TAIL)), float(chdtri(6, _TAIL))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, f
+from scipy.special import chdtrc, fdtrc
 
 from aoicell.calibration.measurement import Linearisation
 from aoicell.transforms import Array
@@ -99,9 +99,10 @@ def tail(chi_square: float, freedoms: int, noise_freedoms: float) -> float:
     """How often chance alone is as large, the noise known from `noise_freedoms` numbers."""
     if freedoms == 0:
         return 1.0
+    chi_square = max(chi_square, 0.0)  # what a fit leaves of almost nothing may round below it
     if np.isinf(noise_freedoms):
-        return float(chi2.sf(chi_square, freedoms))
-    return float(f.sf(chi_square / freedoms, freedoms, noise_freedoms))
+        return float(chdtrc(freedoms, chi_square))
+    return float(fdtrc(freedoms, noise_freedoms, chi_square / freedoms))
 
 
 @dataclass(frozen=True)

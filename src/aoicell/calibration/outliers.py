@@ -13,7 +13,7 @@ multivariate data").
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from aoicell.calibration.bundle import Solution
 from aoicell.calibration.measurement import linearise
@@ -156,4 +156,4 @@ def tail_of(
     D = D * (assumed if exact else np.maximum(noise.deviation, assumed))
     own = noise.sigma**2 * np.diag(alike) + D @ D.T
     covariance = J @ uncertainty.covariance @ J.T + uncertainty.inflation**2 * own
-    return float(chi2.sf(z @ np.linalg.solve(covariance, z), len(z)))
+    return float(chdtrc(len(z), z @ np.linalg.solve(covariance, z)))

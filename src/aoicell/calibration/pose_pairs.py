@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 import pinocchio as pin
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from aoicell.calibration.bundle import outlier_weight
 from aoicell.calibration.closed_forms import scale_from_motion
@@ -23,7 +23,7 @@ from aoicell.errors import Implausible, InputError
 from aoicell.transforms import SE3, Array, is_rigid
 
 Mount = Literal["eye_in_hand", "eye_to_hand"]
-_LIMIT = float(chi2.isf(2e-3, 6))  # squared distance of a pose beyond which it is an outlier
+_LIMIT = float(chdtri(6, 2e-3))  # squared distance of a pose beyond which it is an outlier
 _TRUSTED = 0.1  # weight from which a pose has a say about the noise
 _SQUARE = np.array([[-0.05, 0.05, 0], [0.05, 0.05, 0], [0.05, -0.05, 0], [-0.05, -0.05, 0]])
 _ROUNDS, _STEPS = 5, 30

@@ -17,7 +17,6 @@ from aoicell.datasets.results import FrameNames, to_easy_handeye2, to_moveit_lau
 from aoicell.datasets.solve import Solved, solve_recording
 from aoicell.datasets.suggest import Reading
 from aoicell.errors import InputError, Refused
-from aoicell.report.calibration import write_overlays
 from aoicell.report.calibration_tables import calibration_tables, readings_table
 
 Format = Literal["json", "easy_handeye2", "moveit"]
@@ -79,6 +78,8 @@ def calibrate(
     if len(result["warnings"]) > _MOST_WARNINGS:
         _say(f"warning: {len(result['warnings']) - _MOST_WARNINGS} more, all of them in --json")
     if report is not None:
+        from aoicell.report.calibration import write_overlays  # brings Matplotlib
+
         count = len(write_overlays(solved, report))
         _say(f"{count} figures are in {report}")
     frames = FrameNames(base_frame, flange_frame, camera_frame)

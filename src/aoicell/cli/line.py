@@ -15,7 +15,6 @@ from aoicell.benchmark.line.settings import line_settings
 from aoicell.benchmark.line.store import LineStore
 from aoicell.cli.app import AsJson, app, err, out
 from aoicell.errors import InputError
-from aoicell.report.line import write_line
 
 _HEAD = "board  verdict     left mm  99.9 %   mount   light  would leave    arm s  compute s"
 
@@ -55,6 +54,8 @@ def line(
 
     Example: aoicell line --boards 40 --mount-mm 2 --mount-deg 0.3 --recalibrate auto
     """
+    from aoicell.report.line import write_line  # brings Matplotlib
+
     settings = line_settings(
         profile=profile, seed=seed, views=_views(views), defective_percent=defective,
         mount_mm=mount_mm, mount_deg=mount_deg, light_percent=light_percent, light_deg=light_deg,

@@ -35,9 +35,6 @@ from aoicell.planning.target_files import (
 from aoicell.planning.view_search import markers_in
 from aoicell.planning.views import ViewPlan, area_bound, plan_views
 from aoicell.planning.virtual import virtual_images
-from aoicell.report.coverage import coverage_figure
-from aoicell.report.joint_paths import joint_paths
-from aoicell.report.style import save
 from aoicell.resources import available, data_root, find
 
 
@@ -139,6 +136,10 @@ def _planned(subject: Subject, given: tuple[View, ...] | None, start: float) -> 
 
 def _write(planned: _Planned, folder: Path, made_by: str, images: bool) -> list[Path]:
     """All files; a folder that cannot be written is an InputError."""
+    from aoicell.report.coverage import coverage_figure  # these bring Matplotlib
+    from aoicell.report.joint_paths import joint_paths
+    from aoicell.report.style import save
+
     subject, views, table = planned.subject, planned.plan.views, planned.table
     nominal, scene = subject.nominal, subject.scene
     program = plan_program(nominal, views).program

@@ -9,8 +9,6 @@ import typer
 from aoicell.benchmark.store import RunStore
 from aoicell.cli.app import AsJson, app, err, out
 from aoicell.nominal import load_nominal
-from aoicell.report.figures import write_figures
-from aoicell.report.page import write_page
 
 
 @app.command()
@@ -24,6 +22,9 @@ def report(
 
     Example: aoicell report runs/two_tests
     """
+    from aoicell.report.figures import write_figures  # these bring Matplotlib
+    from aoicell.report.page import write_page
+
     store = RunStore(run)
     page, _ = write_page(store)
     finished = (run / "summary.json").is_file()

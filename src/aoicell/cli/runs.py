@@ -23,16 +23,7 @@ from aoicell.benchmark.store import RunStore
 from aoicell.cli.app import AsJson, OutDir, ScenarioName, app, err, out, scenario_path
 from aoicell.errors import Refused
 from aoicell.nominal import load_nominal
-from aoicell.report.budget import (
-    budget_chart,
-    budget_table,
-    describe_budget,
-    reproduction_chart,
-)
-from aoicell.report.figures import write_figures
-from aoicell.report.page import write_page
 from aoicell.report.paper import contradictions
-from aoicell.report.style import save
 from aoicell.report.tables import (
     cases_table,
     hand_eye_table,
@@ -94,6 +85,9 @@ def run(
 
 
 def _run(scenario: Scenario, folder: Path, as_json: bool, **how: Any) -> None:
+    from aoicell.report.figures import write_figures  # these bring Matplotlib
+    from aoicell.report.page import write_page
+
     summary = _run_trials(scenario, folder, **how)
     store = RunStore(folder)
     if not store.worlds():
@@ -168,6 +162,14 @@ def budget(
 
     Example: aoicell budget --draws 20
     """
+    from aoicell.report.budget import (  # these bring Matplotlib
+        budget_chart,
+        budget_table,
+        describe_budget,
+        reproduction_chart,
+    )
+    from aoicell.report.style import save
+
     resolved = load_scenario(scenario_path(scenario), worlds=draws, seed=seed)
     folder = directory or Path("runs") / resolved.name
     store = RunStore(folder)

@@ -17,9 +17,7 @@ from aoicell.planning.fusion import FusionConfig, open3d
 from aoicell.planning.scan import area_about
 from aoicell.planning.scanned_model import ModelConfig
 from aoicell.planning.target_files import write_csv
-from aoicell.report.scanned import coloured_depth, scanned_figure
 from aoicell.report.scanned_tables import described, scan_tables
-from aoicell.report.style import save
 from aoicell.resources import data_root
 from aoicell.sim.depth_noise import SENSORS
 from aoicell.sim.drawing import draw
@@ -83,6 +81,9 @@ def scan(
 
 def _write(trial: ScanTrial, design: Nominal, folder: Path) -> dict[str, Any]:
     """Write all files; returns what summary.json says."""
+    from aoicell.report.scanned import coloured_depth, scanned_figure  # these bring Matplotlib
+    from aoicell.report.style import save
+
     model, (views, crosses) = trial.model, virtual_views(trial, design)
     result = described(trial, crosses)
     try:

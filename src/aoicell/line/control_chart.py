@@ -13,8 +13,7 @@ from functools import cache
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import chndtr
-from scipy.stats import norm, t
+from scipy.special import chndtr, ndtri, stdtr
 
 from aoicell.transforms import Array
 
@@ -44,8 +43,8 @@ def studentised(readings: Array) -> Array:
             continue
         apart = (readings[n] - before.mean()) * np.sqrt(n / (n + 1)) / spread
         # by the smaller tail, which is the one that a float can tell
-        tail = max(t.sf(abs(apart), n - 1), np.finfo(float).tiny)
-        values.append(np.sign(apart) * norm.isf(tail))
+        tail = max(stdtr(n - 1, -abs(apart)), np.finfo(float).tiny)
+        values.append(-np.sign(apart) * ndtri(tail))
     return np.array(values).reshape(-1, 1)
 
 
