@@ -7,7 +7,8 @@ from typing import Protocol
 from aoicell.camera import Camera
 from aoicell.observation import Observation
 from aoicell.registration import Template
-from aoicell.targets.layout import LayoutConfig, LocatedLayout, locate_layout
+from aoicell.targets.layout import Codes, LayoutConfig, LocatedLayout, locate_layout
+from aoicell.targets.marker_sighting import Detection
 from aoicell.transforms import Array
 
 
@@ -46,12 +47,16 @@ def stay(
 
 def localize(
     observation: Observation,
-    detections: Sequence[Array],
+    detections: Sequence[Detection],
     template: Template,
     camera: Camera,
     config: LocalizationConfig = LocalizationConfig(),
+    codes: Codes | None = None,
 ) -> LocatedLayout:
-    """The taught markers among the detections (4, 2) px of a picture from the look-out pose.
+    """The taught markers among the detections of a picture from the look-out pose.
+
+    Points (4, 2) px do where the markers are plain; with the `codes` of all markers of the board,
+    by id, sightings are needed, and the board may lie any way round.
 
     Raises TargetNotFound when too few are in the picture, and Refused when they do not fit their
     layout or the board is not where it may be; see `locate_layout`.
@@ -65,4 +70,5 @@ def localize(
         config=config.layout,
         # one marker alone was not measured in its layout, and its print may be off
         sigma_px=template.sigma_px if len(template.layout) > 1 else None,
+        codes=codes,
     )

@@ -84,8 +84,12 @@ class Nominal:
 
     @property
     def marker_codes(self) -> Mapping[str, str | None]:
-        """What each marker says of itself when it is sighted, by id; None for the plain one."""
-        return {m.id: m.code or None for m in self.board.markers}
+        """What each marker says of itself when it is sighted, by id; None for the plain one.
+
+        None also for a marker of another kind than the positioning one: nobody looks for it.
+        """
+        kind = self.positioning.kind
+        return {m.id: (m.code or None) if m.kind == kind else None for m in self.board.markers}
 
     @property
     def T_board_positioning(self) -> SE3:

@@ -19,6 +19,7 @@ from aoicell.first_look import (
     rigidity,
 )
 from aoicell.leftover import Drift, Leftover, motion_of, rms_of
+from aoicell.localization import localize
 from aoicell.markerless import LocatedTexture
 from aoicell.nominal import Nominal
 from aoicell.observation import Cell, Observation, capture_at
@@ -63,7 +64,22 @@ class Online:
 
     def markers(self, observation: Observation) -> list[Array]:
         """The marker-like squares in a picture."""
-        return (self.method.detector or self.detector).markers(observation, self.nominal.marker)
+        return self._detector.markers(observation, self.nominal.marker)
+
+    def locate(self, observation: Observation) -> LocatedLayout:
+        """The board in a picture from the look-out pose, by codes where its markers bear them.
+
+        A localiser of another package is given the points alone. Raises Refused.
+        """
+        template, camera = self.template, self.calibration.hand.camera
+        if self.method.localize is not localize or not self.nominal.positioning.code:
+            return self.method.localize(observation, self.markers(observation), template, camera)
+        sightings = self._detector.sightings(observation, self.nominal.marker)
+        return localize(observation, sightings, template, camera, codes=self.nominal.marker_codes)
+
+    @property
+    def _detector(self) -> Detector:
+        return self.method.detector or self.detector
 
 
 @dataclass(frozen=True)
@@ -93,9 +109,7 @@ def look(cell: Cell, online: Online) -> Looked:
 def relocate(looked: Looked, online: Online) -> Correction:
     """From those pictures: where the board is, and the corrected taught views."""
     template, calibration = online.template, online.calibration
-    located = online.method.localize(
-        looked.board, online.markers(looked.board), template, calibration.hand.camera
-    )
+    located = online.locate(looked.board)
     correction = correct(
         template, located, calibration.T_base_camera(template.look.state),
         calibration.T_base_camera(looked.board.state), calibration.arm,

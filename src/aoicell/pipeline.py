@@ -30,6 +30,7 @@ from aoicell.robot import Arm
 from aoicell.targets.chessboard import Chessboard, half_turn
 from aoicell.targets.detector import IN_PICTURES, Detector
 from aoicell.targets.layout import Layout
+from aoicell.targets.marker_sighting import Detection
 from aoicell.targets.pose import solve_pose
 from aoicell.transforms import SE3, Array, angle_of
 
@@ -277,28 +278,37 @@ def teach(
     method: Method,
     detector: Detector = IN_PICTURES,
 ) -> Template:
-    """The template of one method: the positioning marker alone, or all markers as measured."""
+    """The template of one method: the positioning marker alone, or all markers as measured.
+
+    Markers that bear codes are found by these.
+    """
     camera, marker, positioning = calibration.hand.camera, nominal.marker, nominal.positioning
+    codes = nominal.marker_codes if positioning.code else None
+    senses = method.detector or detector
 
     def expected(observation: Observation, T_base_target: SE3) -> SE3:
         return calibration.T_base_camera(observation.state).actInv(T_base_target)
 
-    def found(observation: Observation) -> list[Array]:
-        return (method.detector or detector).markers(observation, marker)
+    def found(observation: Observation) -> Sequence[Detection]:
+        if codes is None:
+            return senses.markers(observation, marker)
+        return senses.sightings(observation, marker)
 
     check, overview = pictures.check, pictures.overview
     if not method.all_markers:
         layout: Layout = {positioning.id: marker.crosses}
         T_camera_marker = expected(check, nominal.T_base_board * nominal.T_board_positioning)
-        return register(check, found(check), pictures.views, layout, camera, T_camera_marker)
+        return register(
+            check, found(check), pictures.views, layout, camera, T_camera_marker, codes=codes
+        )
     shown = [check, overview, *(view.standard for view in pictures.views)]
     detections = [found(observation) for observation in shown]
     Ts_camera_board = [expected(observation, nominal.T_base_board) for observation in shown]
     design = designed_layout(nominal.board, marker)
     layout, sigma_px = measured_layout(
-        detections, Ts_camera_board, design, camera, fixed=positioning.id
+        detections, Ts_camera_board, design, camera, fixed=positioning.id, codes=codes
     )
     return register(
         overview, detections[1], pictures.views, layout, camera, Ts_camera_board[1], sigma_px,
-        pictures.references, nominal.board,
+        pictures.references, nominal.board, codes,
     )  # fmt: skip

@@ -13,8 +13,9 @@ from aoicell.board import BoardDesign
 from aoicell.camera import Camera
 from aoicell.errors import TargetNotFound
 from aoicell.observation import Observation
-from aoicell.targets.layout import Layout, LocatedLayout, identify, locate_layout
+from aoicell.targets.layout import Codes, Layout, LocatedLayout, identify, locate_layout
 from aoicell.targets.marker import Marker
+from aoicell.targets.marker_sighting import Detection
 from aoicell.targets.pose import solve_pose
 from aoicell.transforms import SE3, Array, apply, from_rvec, from_xyz_rpy
 
@@ -48,7 +49,7 @@ class Template:
 
 def register(
     look: Observation,
-    detections: Sequence[Array],
+    detections: Sequence[Detection],
     views: Sequence[TaughtView],
     layout: Layout,
     camera: Camera,
@@ -56,12 +57,14 @@ def register(
     sigma_px: float = 0.05,
     references: tuple[Observation, ...] = (),
     board: BoardDesign | None = None,
+    codes: Codes | None = None,
 ) -> Template:
     """Locate the taught board by the detections in `look` and keep it with the taught views.
 
+    With `codes`, of all markers of the board, they are found by these; see `locate_layout`.
     Raises TargetNotFound when a marker of the layout is not in the picture.
     """
-    taught = locate_layout(detections, layout, camera, T_camera_expected)
+    taught = locate_layout(detections, layout, camera, T_camera_expected, codes=codes)
     return Template(layout, look, taught, tuple(views), sigma_px, references, board)
 
 
@@ -90,21 +93,23 @@ def designed_layout(board: BoardDesign, marker: Marker) -> Layout:
 
 
 def measured_layout(
-    detections: Sequence[Sequence[Array]],
+    detections: Sequence[Sequence[Detection]],
     Ts_camera_expected: Sequence[SE3],
     design: Layout,
     camera: Camera,
     fixed: str,
+    codes: Codes | None = None,
 ) -> tuple[Layout, float]:
     """The layout as several pictures show it: each marker moved and turned in the board's plane.
 
     The marker `fixed` stays at its design place: it defines the board's frame. A joint
     refinement over all pictures, with the camera poses free, so the arm has no part in it.
-    Comes with the standard deviation (px) of a coordinate of a cross.
+    With `codes` the markers are told apart by these; see `locate_layout`. Comes with the standard
+    deviation (px) of a coordinate of a cross.
     """
     sightings = []
     for found, expected in zip(detections, Ts_camera_expected, strict=True):
-        uvs = identify(found, design, camera, expected)
+        uvs = identify(found, design, camera, expected, codes=codes)
         if uvs:
             sightings.append((uvs, _start_pose(uvs, design, camera)))
     if not sightings:

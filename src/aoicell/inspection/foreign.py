@@ -25,7 +25,7 @@ class ForeignConfig:
 
     sigmas: float = 6.0
     grey: float = 6.0
-    least_px: int = 3
+    least_px: int = 2
     edge_px: float = 0.25
     gap_px: int = 6
 

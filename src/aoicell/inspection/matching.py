@@ -17,7 +17,7 @@ from aoicell.transforms import Array
 
 Plane = NDArray[np.float32]
 _FREEDOM = 2.0  # times its tolerance a part may be off, one sigma
-_STILL_PX = 0.15  # a step so small is exact enough without another
+_STILL_PX = 0.06  # a step so small is exact enough without another
 _TURN_LIMIT = 0.1  # rad a step
 _DISBELIEF = 4.0  # Cauchy: pixels off by two sigma count half,
 _CREDIT = 400.0  # at first by twenty: an edge that is still off has to pull
@@ -45,6 +45,7 @@ class NoiseConfig:
     texture: float = 0.03
     background: float = 4.0
     seen_through: float = 0.4
+    rim_share: float = 0.15
     gain: float = 0.08
     offset: float = 3.0
     gloss: float = 0.04
@@ -92,8 +93,9 @@ class Matcher:
         t = template
         self._arms = (t.uv - t.centre_px) @ np.linalg.inv(t.D).T  # in the board's plane (m)
         turning = np.column_stack([-self._arms[:, 1], self._arms[:, 0]]) @ t.D.T
+        slopes = t.slopes * np.where(t.inside, 1.0, config.rim_share)[:, None]
         self._A = np.column_stack(
-            [-(t.slopes @ t.D), -(t.slopes * turning).sum(axis=1), t.values, np.ones(len(t.uv))]
+            [-(slopes @ t.D), -(slopes * turning).sum(axis=1), t.values, np.ones(len(t.uv))]
         )
         self._reach_px = float(np.sqrt((turning**2).sum(axis=1).mean()))
         self._steep = (t.slopes**2).sum(axis=1)

@@ -43,7 +43,7 @@ def shown_by(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> Shown:
     rays, origin = _rays(camera, T_camera_board)
     shape = (camera.height, camera.width)
     heights = np.zeros(shape, np.float32)
-    numbers = _flat(board, camera, T_camera_board)
+    numbers = _flat(board, origin, rays)
     tops = np.ones(shape, bool)
     nearest = (-origin[2] / rays[..., 2]).astype(np.float32)
     whole, owned = np.zeros(len(board.components)), {}
@@ -102,15 +102,21 @@ def spread_grid(grid: Array, step: int, shape: tuple[int, int]) -> NDArray[np.fl
     return np.asarray(cv2.remap(grid.astype(np.float32), u, v, cv2.INTER_LINEAR), np.float32)
 
 
-def _flat(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> NDArray[np.int16]:
+def _flat(board: BoardDesign, origin: Array, rays: NDArray[np.float32]) -> NDArray[np.int16]:
     """The bare laminate and its markers, (H, W)."""
-    numbers = np.full((camera.height, camera.width), NOTHING, np.int16)
+    numbers = np.full(rays.shape[:2], NOTHING, np.int16)
     half = np.array(board.size[:2]) / 2
     plates = [(marker.plate(), marker.z, MARKER) for marker in board.markers]
     for corners, z, number in [(_EDGES * half, 0.0, BARE), *plates]:
-        ps = np.column_stack([corners, np.full(4, z)])
-        uv = camera.project(apply(T_camera_board, ps))
-        cv2.fillConvexPoly(numbers, np.rint(uv * 16).astype(np.int32), number, shift=4)
+        reach = (z - origin[2]).astype(np.float32) / rays[..., 2]
+        inside = np.ones(numbers.shape, bool)
+        for next_to in (1, 3):
+            side = corners[next_to] - corners[0]
+            side = side / (side @ side)
+            along = (rays[..., :2] @ side.astype(np.float32)) * reach
+            along += np.float32((origin[:2] - corners[0]) @ side)
+            inside &= (along >= 0) & (along <= 1)
+        numbers[inside] = number
     return numbers
 
 

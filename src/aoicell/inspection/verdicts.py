@@ -25,13 +25,13 @@ class VerdictConfig:
     the tolerance, what seems beyond that has to be so by `doubt` sigma: most parts are good.
     """
 
-    rms: float = 1.6
-    worst: float = 5.4
-    strain: float = 3.0
+    rms: float = 1.75
+    worst: float = 5.9
+    strain: float = 3.3
     spread: float = 0.1
     correlation: float = 0.5
     forgiven: float = 0.15
-    indulged: float = 0.08
+    indulged: float = 0.015
     vague: float = 0.15
     doubt: float = 1.5
 

@@ -1,6 +1,9 @@
 """What the detection of one marker yields."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from aoicell.transforms import Array
 
@@ -17,3 +20,19 @@ class MarkerSighting:
     uv_px: Array
     sigma_px: Array
     code: str | None = None
+
+
+Detection = Array | MarkerSighting  # the points (4, 2) px alone, or with what they say
+
+
+def points_of(detections: Sequence[Detection]) -> list[Array]:
+    """The points (4, 2) px alone."""
+    return [d.uv_px if isinstance(d, MarkerSighting) else d for d in detections]
+
+
+def sightings_of(detections: Sequence[Detection]) -> list[MarkerSighting]:
+    """Sightings; points alone say nothing of themselves."""
+    return [
+        d if isinstance(d, MarkerSighting) else MarkerSighting(d, np.full(4, np.nan))
+        for d in detections
+    ]
