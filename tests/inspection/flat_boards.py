@@ -51,23 +51,38 @@ def painted(
     design: BoardDesign,
     moved: Mapping[str, Pose] | None = None,
     missing: tuple[str, ...] = (),
+    padded: tuple[str, ...] = (),
+    alike: tuple[str, ...] = (),
 ) -> Array:
-    """The board's grey values from above, row 0 at its -y edge; parts that `moved` lie off."""
+    """The board's grey values from above, row 0 at its -y edge; parts that `moved` lie off.
+
+    Parts that are `padded` stand on two bright pads; those `alike` look so after a half turn.
+    """
     shape = (SIZE_MM[1] * _PX_PER_MM, SIZE_MM[0] * _PX_PER_MM)
     rng = np.random.default_rng(1)
     print_ = cv2.resize(rng.standard_normal((70, 90)), shape[::-1], interpolation=cv2.INTER_CUBIC)
     plane = _GREY + 5 * np.sign(print_) * (np.abs(print_) > print_.std())
     for number, part in enumerate(design.components):
+        if part.id in padded:
+            _stamp(plane, part, _pads(), (part.x, part.y, part.rotation))
         x, y, turn = (moved or {}).get(part.id, (0.0, 0.0, 0.0))
         if part.id not in missing:
-            _stamp(plane, part, number, (part.x + x, part.y + y, part.rotation + turn))
+            marks = np.random.default_rng(number + 10).choice([35.0, 35.0, 150.0], (6, 8))
+            if part.id in alike:
+                marks = np.maximum(marks, marks[::-1, ::-1])
+            _stamp(plane, part, marks, (part.x + x, part.y + y, part.rotation + turn))
     return cv2.GaussianBlur(plane, (0, 0), 1.2)
 
 
-def _stamp(plane: Array, part: Component, number: int, pose: Pose) -> None:
-    """Paint one part, dark, with marks that no other has."""
+def _pads() -> Array:
+    pads = np.full((6, 8), 150.0)
+    pads[:, 2:6] = _GREY
+    return pads
+
+
+def _stamp(plane: Array, part: Component, marks: Array, pose: Pose) -> None:
+    """Paint one part, dark, with its marks."""
     width, depth = (round(side * 1e3 * _PX_PER_MM) for side in (part.width, part.depth))
-    marks = np.random.default_rng(number + 10).choice([35.0, 35.0, 150.0], (6, 8))
     face = cv2.resize(marks, (width - 16, depth - 16), interpolation=cv2.INTER_NEAREST)
     face = cv2.copyMakeBorder(face, 8, 8, 8, 8, cv2.BORDER_CONSTANT, value=35.0)
     x, y, turn = pose

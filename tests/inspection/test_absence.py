@@ -1,9 +1,11 @@
 """A part that is not there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from aoicell.inspection import ViewInspection, inspect_view
+from aoicell.inspection import Reference, ViewInspection, inspect_view
 from aoicell.transforms import translation
 from inspection.flat_boards import T_CAMERA_BOARD, Flat, painted, photograph
 from inspection.scenes import MISSING, called, is_finite
@@ -21,6 +23,23 @@ def test_a_bare_place_is_absent_in_any_light(flat: Flat, light: float) -> None:
     assert all(inspection.findings[id].confidence > 0.9 for id in GONE)
     assert inspection.foreign == (), "a missing part leaves no foreign object"
     assert is_finite(inspection)
+
+
+@pytest.mark.parametrize("tone", [0.6, 1.3])
+def test_pads_are_bare_where_the_bare_board_is_known(flat: Flat, tone: float) -> None:
+    """A drawn board has nobody's grey values, but pads and print where the real one has them."""
+    everything = tuple(c.id for c in flat.board.components)
+    drawn = photograph(painted(flat.board, missing=everything, padded=GONE), seed=9, light=tone)
+    standard = photograph(painted(flat.board, padded=GONE))
+    known = Reference("V", (standard,), T_CAMERA_BOARD, flat.reference.camera, bare=drawn)
+    other = {"U9": (0.0, 0.0, np.pi)}
+    new = photograph(painted(flat.board, other, missing=("U2", "U13"), padded=GONE), seed=6)
+    inspection = inspect_view(new, known, flat.board)
+    assert sorted(called(inspection)) == sorted(GONE)
+    assert {inspection.findings[id].state for id in ("U2", "U13")} == {"absent"}
+    assert inspection.findings["U9"].state == "rotated", "something is there"
+    unknown = inspect_view(new, replace(known, bare=None), flat.board)
+    assert {unknown.findings[id].state for id in ("U2", "U13")} == {"wrong_part"}
 
 
 def test_something_else_in_its_place_is_not_absent(flat: Flat, rng: np.random.Generator) -> None:

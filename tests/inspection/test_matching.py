@@ -73,6 +73,21 @@ def test_what_may_turn_as_it_likes_is_not_rotated(flat: Flat) -> None:
     assert finding.state not in ("rotated", "absent")
 
 
+@pytest.mark.parametrize("turn_deg", [168.0, -170.0])
+def test_what_looks_alike_after_a_half_turn_has_not_made_it(flat: Flat, turn_deg: float) -> None:
+    alike = ("U7", "U12")
+    reference = flat_reference(painted(flat.board, alike=alike))
+    moved = dict.fromkeys(alike, (6e-4, -4e-4, np.radians(turn_deg)))
+    new = photograph(painted(flat.board, moved, alike=alike), seed=5)
+    inspection = inspect_view(new, reference, flat.board)
+    assert sorted(called(inspection)) == sorted(alike)
+    for id in alike:
+        finding = inspection.findings[id]
+        less = np.radians(turn_deg - np.copysign(180, turn_deg))
+        assert finding.rotation == pytest.approx(less, abs=np.radians(1))
+        assert finding.shift == pytest.approx((6e-4, -4e-4), abs=1e-4)
+
+
 def test_a_reference_that_shows_the_parts_off_measures_against_itself(flat: Flat) -> None:
     """The golden sample is the standard, not the design."""
     reference: Reference = flat_reference(painted(flat.board, {"U8": (0.3 * MM, 0, 0)}))

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from helpers.small_boards import board, component
 
@@ -53,6 +54,17 @@ def test_heights_are_those_of_the_surface(shown: Shown) -> None:
     assert shown.heights[at(shown, DOWN, -30, 0, 20)] == pytest.approx(20e-3, abs=1e-6)
     assert shown.heights[at(shown, DOWN, 0, -25, 15)] == pytest.approx(15e-3, abs=1e-6)
     assert shown.heights.max() < 20.01e-3
+
+
+def test_the_board_ends_at_its_edge_through_a_bent_lens() -> None:
+    """Its corners lie far beyond the picture, where no lens model holds; its edges are curves."""
+    bent = replace(CAMERA, distortion=np.array([-0.45, 0.2, 0.0, 0.0, 0.0]))
+    near = looking_at((0.045, 0, 0), 0.15).inverse()
+    shown = shown_by(board(size_mm=(100, 300)), bent, near)
+    for y in np.linspace(-35, 35, 8):
+        for x, surface in ((49.7, BARE), (50.3, NOTHING)):
+            [[u, v]] = bent.project([[x / 1e3, y / 1e3, 0.0]], near)
+            assert shown.numbers[round(v), round(u)] == surface
 
 
 def test_a_side_wall_is_seen_outside_the_top(shown: Shown) -> None:

@@ -5,6 +5,7 @@ carry planted defects and vary as good boards do; all methods get the same board
 """
 
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 
 import numpy as np
 
@@ -17,8 +18,8 @@ from aoicell.inspection import (
     Reference,
     inspect_board,
 )
-from aoicell.inspection.virtual_reference import virtual_reference
-from aoicell.observation import Cell, Image, Observation, Renderer, capture_at
+from aoicell.inspection.virtual_picture import virtual_picture
+from aoicell.observation import Cell, Image, Observation, capture_at
 from aoicell.online import Online, Ts_camera_board
 from aoicell.pipeline import TaughtPictures
 from aoicell.registration import component_points
@@ -29,6 +30,7 @@ from aoicell.sim.board_turns import looks_alike
 from aoicell.sim.defects import DEFECT_KINDS, MOST_HIDDEN, Defect, draw_defects, moved
 from aoicell.sim.drawing import stream
 from aoicell.sim.population import Population, draw_scatter, populated
+from aoicell.sim.twin import NominalTwin
 from aoicell.sim.world import World
 
 NEAR = 2e-3  # m; what is reported so near to a planted defect is reported because of it
@@ -64,25 +66,24 @@ def golden_pictures(
 
 
 def make_references(
-    online: Online,
-    samples: Mapping[str, tuple[Image, ...]],
-    renderer: Renderer | None = None,
+    online: Online, samples: Mapping[str, tuple[Image, ...]], virtual: bool = False
 ) -> dict[str, Reference]:
     """What each taught view should look like: its golden samples, or a virtual image.
 
-    `samples` are pictures of further golden samples by view.
+    `samples` are pictures of further golden samples by view. What a missing part uncovers is a
+    virtual image in either case.
     """
-    camera, references = online.calibration.hand.camera, {}
-    for view in online.template.views:
-        T_camera_board = Ts_camera_board(online)[view.id]
-        if renderer is None:
-            images = (view.standard.grey, *samples.get(view.id, ()))
-            references[view.id] = Reference(view.id, images, T_camera_board, camera)
-        else:
-            references[view.id] = virtual_reference(
-                renderer, online.nominal.cameras["hand"], view.id, camera,
-                online.calibration.T_base_camera(view.standard.state), T_camera_board,
-            )  # fmt: skip
+    nominal, camera, references = online.nominal, online.calibration.hand.camera, {}
+    with closing(NominalTwin(nominal, bare=not virtual)) as twin:
+        for view in online.template.views:
+            id, T_camera_board = view.id, Ts_camera_board(online)[view.id]
+            T_base_camera = online.calibration.T_base_camera(view.standard.state)
+            drawn = virtual_picture(
+                twin, nominal.cameras["hand"], camera, T_base_camera, T_camera_board
+            )
+            images = (drawn,) if virtual else (view.standard.grey, *samples.get(id, ()))
+            bare = None if virtual else drawn
+            references[id] = Reference(id, images, T_camera_board, camera, virtual, bare)
     return references
 
 

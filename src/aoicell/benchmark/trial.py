@@ -37,7 +37,6 @@ from aoicell.sim.cell import SimCell
 from aoicell.sim.drawing import draw
 from aoicell.sim.population import Population
 from aoicell.sim.projection import PicturelessCell, ProjectingDetector, measured_noise
-from aoicell.sim.twin import NominalTwin
 from aoicell.sim.world import World
 from aoicell.targets.detector import IN_PICTURES, Detector, Remembering
 from aoicell.transforms import (
@@ -277,11 +276,8 @@ def _inspected(session: Session, result: TrialResult, population: Population) ->
     """The same result with what an inspection makes of its pictures."""
     name = result.record.method
     if name not in session.references:
-        twin = session.scenario.inspection.reference == "virtual"
-        renderer = NominalTwin(session.nominal) if twin else None
-        session.references[name] = make_references(session.online(name), session.golden, renderer)
-        if renderer is not None:
-            renderer.close()
+        virtual = session.scenario.inspection.reference == "virtual"
+        session.references[name] = make_references(session.online(name), session.golden, virtual)
     standards = {view.id: view.standard for view in session.taught.views}
     inspection = inspect_trial(
         result.images, session.references[name], population, session.world, standards

@@ -1,4 +1,8 @@
-"""Is the place of a component bare? What the reference shows around it, shows there as well."""
+"""Is the place of a component bare?
+
+Known from a picture of the bare board, drawn from the design: pads and print are there as well.
+Without one, what the reference shows around the component should show there.
+"""
 
 from dataclasses import dataclass
 
@@ -14,21 +18,52 @@ from aoicell.inspection.templates import Template
 @dataclass(frozen=True)
 class AbsenceConfig:
     """The laminate `around_px` of a component says what bare is: within `sigmas` of its spread and
-    `least` grey values. A place is bare when `share` of it is. What stands on another part is
+    `least` grey values, and where print is drawn, `edge_px` of its slope. A place is bare when
+    `share` of it is, or `drawn_share` where the bare board is known. What stands on another part is
     absent when the picture correlates with the reference by less than `correlation`.
     """
 
     around_px: int = 12
     sigmas: float = 3.0
     least: float = 6.0
+    edge_px: float = 0.7
     share: float = 0.5
+    drawn_share: float = 0.85
     correlation: float = 0.3
+
+
+@dataclass(frozen=True)
+class BareBoard:
+    """What the bare board looks like: grey values (H, W) in the reference's pixels and light, and
+    the slopes of what is printed on it.
+    """
+
+    grey: Plane
+    slopes: Plane
+
+
+def bare_board(drawn: Plane, mean: Plane, shown: Shown) -> BareBoard:
+    """A drawn picture (H, W) in the light of the reference `mean`, as its bare places have it."""
+    step = (slice(None, None, 3), slice(None, None, 3))
+    bare = shown.numbers[step] == BARE
+    dark, bright = (
+        drawn[step][bare] < level for level in np.percentile(drawn[step][bare], (25, 90))
+    )
+    levels = [(plane[dark], plane[~bright]) for plane in (drawn[step][bare], mean[step][bare])]
+    (low, high), (seen_low, seen_high) = ((float(np.median(v)) for v in pair) for pair in levels)
+    gain = (seen_high - seen_low) / max(high - low, 1.0)
+    grey = (gain * (drawn - low) + seen_low).astype(np.float32)
+    slopes = [cv2.Sobel(grey, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in ((1, 0), (0, 1))]
+    return BareBoard(grey, np.asarray(cv2.magnitude(*slopes), np.float32))
 
 
 class Absence:
     """The bare surroundings of a component; made once for a reference."""
 
-    def __init__(self, template: Template, shown: Shown, config: AbsenceConfig) -> None:
+    def __init__(
+        self, template: Template, shown: Shown, config: AbsenceConfig,
+        board: BareBoard | None = None,
+    ) -> None:  # fmt: skip
         self._t, self._config = template, config
         left, top, right, bottom = template.box
         pad = config.around_px
@@ -37,31 +72,37 @@ class Absence:
         bare = shown.numbers[rows, columns] == BARE
         bare = cv2.erode(bare.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
         r, c = np.nonzero(bare)
-        self._bare = (r + rows.start, c + columns.start)
-        self._inside = template.uv[template.inside].astype(int)
+        self._around = (r + rows.start, c + columns.start)
+        inside = template.uv[template.inside].astype(int)
+        self._inside = (inside[:, 1], inside[:, 0])
+        self._drawn_around: NDArray[np.float32] | float = 0.0
+        self._drawn: NDArray[np.float32] | float = 0.0
+        self._blurred: NDArray[np.float32] | float = 0.0
+        self._least = config.share if board is None else config.drawn_share
+        if board is not None:
+            self._drawn_around, self._drawn = board.grey[self._around], board.grey[self._inside]
+            self._blurred = config.edge_px * board.slopes[self._inside]
         self._own_share: float | None = None
 
     def __call__(self, picture: Plane, reference: Plane) -> bool:
         """Whether the component's place is bare in a picture, as in the `reference` it is not."""
-        if self._t.component.on or len(self._bare[0]) < 30 or not len(self._inside):
+        if self._t.component.on or len(self._around[0]) < 30 or not len(self._inside[0]):
             return self._correlation(picture, reference) < self._config.correlation
         if self._own_share is None:
             self._own_share = self._share(reference)
         share = self._share(picture)
-        return share > max(self._config.share, self._own_share + 0.2)
+        return share > max(self._least, (1 + self._own_share) / 2)
 
     def _share(self, picture: Plane) -> float:
-        """Of the component's place, how much looks like the laminate around it."""
-        around = picture[self._bare]
+        """Of the component's place, how much looks as the laminate around it says."""
+        around = picture[self._around] - self._drawn_around
         level = float(np.median(around))
         spread = 1.4826 * float(np.median(np.abs(around - level)))
-        off = np.abs(self._values(picture) - level)
-        return float((off < max(self._config.sigmas * spread, self._config.least)).mean())
+        off = np.abs(picture[self._inside] - self._drawn - level)
+        allowed = max(self._config.sigmas * spread, self._config.least) + self._blurred
+        return float((off < allowed).mean())
 
     def _correlation(self, picture: Plane, reference: Plane) -> float:
         uv = self._t.uv.astype(int)
         a, b = (plane[uv[:, 1], uv[:, 0]].astype(float) for plane in (picture, reference))
         return float(np.corrcoef(a, b)[0, 1]) if a.std() > 0 and b.std() > 0 else 0.0
-
-    def _values(self, picture: Plane) -> NDArray[np.float32]:
-        return np.asarray(picture[self._inside[:, 1], self._inside[:, 0]], np.float32)

@@ -30,6 +30,7 @@ _MARGIN_PX = 3  # blur about what moved
 _MOVED_PX = 0.7  # less changes nothing about a part
 _FAR_STEPS = 15
 _GOOD = 0.6  # a misfit, relative to its limit, that needs no rival
+_ALIKE = 1.2  # times the misfit of the other way round
 _NEAR_PX = 2.5  # the first match finds what is no farther off
 _THROWN_PX = 6  # about a part that is wrong, what differs belongs to it
 
@@ -156,7 +157,17 @@ class Comparison:
                 best, least = _Outcome(match, True), times
                 if times < _GOOD:
                     break
-        return best
+        return self._unturned(tools, best, least)
+
+    def _unturned(self, tools: Tools, found: _Outcome, times: float) -> _Outcome:
+        """What looks alike after a half turn is taken for what has not made it."""
+        place = found.match.place
+        if abs(place.rotation) < np.pi / 2 or not np.isfinite(times):
+            return found
+        back = Place(place.shift, place.rotation - float(np.copysign(np.pi, place.rotation)))
+        match = tools.matcher.at(self._picture, back, self._noise, _FAR_STEPS, moved=True)
+        alike = match.settled and misfit(match, self._standard.config.verdict) < _ALIKE * times
+        return _Outcome(match, True) if alike else found
 
     def _taken(self, template: Template, place: Place) -> bool:
         """Whether another component belongs where this one would lie."""

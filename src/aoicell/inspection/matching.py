@@ -37,8 +37,9 @@ class NoiseConfig:
     surface differ by `texture` of its brightness from the rest of its component. Where a part has
     moved, the print about it stays behind, and what is seen through a hollow part by the
     share `seen_through`; farther off, the board that blurs into its edges is unknown to
-    `background` grey values. Between lots and lights, a component's brightness
-    differs by `gain`, and by `offset` grey values and `gloss` of its brightest (its reflections).
+    `background` grey values. Of the slopes on the rim about a part, most belong to pads and print,
+    which stay: `rim_share` moves along. Between lots and lights, a component's brightness differs
+    by `gain`, and by `offset` grey values and `gloss` of its brightest (its reflections).
     """
 
     edge_px: float = 0.12

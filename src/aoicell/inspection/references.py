@@ -14,7 +14,8 @@ class Reference:
 
     `T_camera_board` is the board in the first picture as the calibration estimates it; the others
     may lie a little off it. `virtual`: one picture, drawn from the design by a `Renderer`, whose
-    grey values are nobody's: edges are compared instead.
+    grey values are nobody's: edges are compared instead. `bare`: a virtual picture of the board
+    with nothing on it, of that pose: what a missing part uncovers.
     """
 
     view: str
@@ -22,6 +23,7 @@ class Reference:
     T_camera_board: SE3
     camera: Camera
     virtual: bool = False
+    bare: Image | None = None
 
     def __post_init__(self) -> None:
         if not self.images:
@@ -31,9 +33,11 @@ class Reference:
                 f"reference {self.view}: {len(self.images)} virtual images are alike; give one"
             )
         wanted = (self.camera.height, self.camera.width)
-        for number, image in enumerate(self.images, start=1):
+        bare = {} if self.bare is None else {"the bare board": self.bare}
+        pictures = {f"picture {n}": image for n, image in enumerate(self.images, start=1)} | bare
+        for name, image in pictures.items():
             if image.shape != wanted:
                 raise InputError(
-                    f"reference {self.view}: picture {number} is {image.shape}, its camera makes "
+                    f"reference {self.view}: {name} is {image.shape}, its camera makes "
                     f"grey ones of {wanted}; give pictures (H, W) of that camera"
                 )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aoicell.board import BoardDesign
-from aoicell.inspection.absence import Absence, AbsenceConfig
+from aoicell.inspection.absence import Absence, AbsenceConfig, BareBoard, bare_board
 from aoicell.inspection.anchoring import anchored
 from aoicell.inspection.foreign import Foreign, ForeignConfig
 from aoicell.inspection.matching import Matcher, NoiseConfig, Plane
@@ -24,7 +24,7 @@ from aoicell.inspection.search import Search, SearchConfig, smoothed
 from aoicell.inspection.shown import BARE, Shown, shown_by
 from aoicell.inspection.templates import Template, TemplateConfig, templates_of
 from aoicell.inspection.verdicts import VerdictConfig
-from aoicell.inspection.warping import Warp
+from aoicell.inspection.warping import Warp, on_plane
 from aoicell.transforms import SE3
 
 
@@ -91,17 +91,33 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
     warp = Warp(camera, T, shown)
     mean, spread = _golden(reference, pattern, warp)
     templates = templates_of(mean, spread, shown, board, camera, T, config.template)
-    smooth = smoothed(mean)
+    smooth, bare = smoothed(mean), _bare(reference, mean, shown, T)
     tools = {
         id: Tools(
             template, Matcher(template, board.tolerance(template.component), config.noise),
             Search(template, smooth, config.search),
-            Absence(template, shown, config.absence),
+            Absence(template, shown, config.absence, bare),
         )
         for id, template in templates.items()
     }  # fmt: skip
     foreign = Foreign(mean, spread, shown.numbers, _covered(shown), config.foreign)
     return Standard(reference.view, board, mean, shown, T, pattern, warp, tools, foreign, config)
+
+
+def _bare(reference: Reference, mean: Plane, shown: Shown, T: SE3) -> BareBoard | None:
+    """The picture of the bare board, moved to where the design lies in the reference."""
+    if reference.bare is None:
+        return None
+    camera = reference.camera
+    u, v = np.meshgrid(np.linspace(0, camera.width, 7), np.linspace(0, camera.height, 7))
+    uv = np.column_stack([u.ravel(), v.ravel()])
+    drawn_at = camera.project(on_plane(uv, 0.0, camera, T), reference.T_camera_board)
+    H, _ = cv2.findHomography(uv, drawn_at)
+    size = (camera.width, camera.height)
+    drawn = cv2.warpPerspective(
+        reference.bare, H, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    )
+    return bare_board(np.asarray(drawn, np.float32), mean, shown)
 
 
 def _golden(reference: Reference, pattern: Pattern, warp: Warp) -> tuple[Plane, Plane]:

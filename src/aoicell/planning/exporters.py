@@ -1,9 +1,10 @@
 """Robot programs as text for makers' controllers.
 
-Written from the languages' documentation and held by golden files; none of it has run on a
-controller, and each file says so in its head. HRL: HIWIN's software manual for HRSS 3 (E6AXIS,
-PTP, FINE, WAIT SEC, $DO, $DI). URScript: Universal Robots' script manual for software 5 (movej,
-set_standard_digital_out, get_standard_digital_in, sleep, textmsg).
+Held by golden files; none of it has run on a controller, and each file says so in its head. HRL
+(HIWIN's HRSS 3: E6AXIS, PTP, FINE, WAIT SEC, $DO, $DI) is put together from published examples, for
+the manual was not at hand: check a file offline before it moves an arm. URScript: Universal Robots'
+script manual for software 5 (movej, set_standard_digital_out, get_standard_digital_in, sleep,
+textmsg).
 """
 
 from collections.abc import Callable, Mapping

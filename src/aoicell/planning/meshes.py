@@ -10,7 +10,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from aoicell.board import BoardDesign
@@ -49,6 +48,8 @@ def read_mesh(path: Path, unit: str = "m") -> BoardMesh:
         raise InputError(f"--unit {unit}: {did_you_mean(unit, UNITS)}")
     if not path.is_file():
         raise InputError(f"{path}: no such file; give a mesh or a board's folder")
+    import trimesh  # only where a mesh is read: it takes long to import
+
     try:
         mesh: Any = trimesh.load(path, force="mesh")
         vertices = np.asarray(mesh.vertices, dtype=float) * UNITS[unit]
@@ -90,6 +91,8 @@ def cell_with(nominal: Nominal, mesh: BoardMesh) -> Nominal:
 
 def heights_of_mesh(mesh: BoardMesh) -> HeightField:
     """The relief of a mesh from above: its upward triangles, cut up until they are cells."""
+    import trimesh
+
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     upward = solid.face_normals[:, 2] > 1e-6
     cell = max(mesh.size[:2]) / _CELLS

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from aoicell.errors import Refused
 from aoicell.observation import Image, RobotState
@@ -66,6 +65,8 @@ class ScannedModel:
 
     def write_mesh(self, path: Path) -> None:
         """The surface with a colour for each vertex, in metres; origin: see `middle`."""
+        import trimesh  # only where a mesh is written: it takes long to import
+
         places = self.uv * self.photo.shape[1::-1] - 0.5
         last = np.array(self.photo.shape[1::-1]) - 1
         column, row = np.clip(np.rint(places), 0, last).astype(int).T

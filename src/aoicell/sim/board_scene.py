@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from types import MappingProxyType
 
 import mujoco
@@ -114,9 +115,15 @@ def _add_pcb(
     lowest = min((T.translation[2] for T in Ts_board_marker.values()), default=CLEARANCE)
     T_body_face = translation(z=min(0.0, lowest - CLEARANCE))
     face = replace(SOLDER_MASK, glare=surfaces.glare)
-    add_printed_plate(
-        spec, body, "pcb", silkscreen_image(board, 4.0), board.size, T_body_face, face
-    )
+    add_printed_plate(spec, body, "pcb", _pcb_picture(board), board.size, T_body_face, face)
+
+
+@lru_cache(maxsize=4)
+def _pcb_picture(board: BoardDesign) -> Image:
+    """It takes long to draw, and a board is built again whenever its parts change."""
+    image = silkscreen_image(board, 4.0)
+    image.flags.writeable = False
+    return image
 
 
 def _add_marker(

@@ -9,7 +9,6 @@ from typing import Self
 
 import mujoco
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from aoicell.errors import ModelError
@@ -121,6 +120,8 @@ def _joined(pieces: list[tuple[Array, Faces]], rgb: Rgb) -> Solid:
 
 def _triangles(model: mujoco.MjModel, geom: int) -> tuple[Array, Faces]:
     """A geom's vertices in its own frame, and its faces."""
+    import trimesh  # only viewers draw triangles: it takes long to import
+
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]

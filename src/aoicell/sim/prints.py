@@ -3,10 +3,10 @@
 The scene is built from the functions below and so is the truth of the printed points.
 """
 
-import math
+from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from aoicell.observation import Image
 from aoicell.sim.as_built import PrintScale
@@ -18,6 +18,8 @@ Size = tuple[float, float]
 
 SPECK = (0.1e-3, 0.6e-3)  # diameters of specks of dust (m)
 GREYS = (40, 150)  # of specks, seen on white and on black
+_BULGES = 0.3  # of a speck's rim at most, twice and three times around, of its radius
+_BATCH = 64  # specks that are shaped at a time
 
 
 def plate_height(x: ArrayLike, y: ArrayLike, size: Size, bow: float, twist: float) -> Array:
@@ -57,35 +59,63 @@ def true_crosses(marker: Marker, scale: PrintScale) -> Array:
 def dusty(image: Image, size: Size, share: float, rng: np.random.Generator) -> Image:
     """The grey print (H, W) with specks of dust on `share` of its area; `size` in m.
 
-    A larger share has the specks of a smaller one and more.
+    A larger share has the specks of a smaller one and more. More is drawn from `rng` than is used.
     """
     if share == 0:
         return image
     dirty, clean = image.astype(float), np.ones(image.shape)
-    texels = image.shape[1] / size[0]  # in a metre
+    specks = _specks(rng, image.shape, image.shape[1] / size[0])
     covered, wanted = 0.0, share * image.size
     while covered < wanted:
-        where, alpha = _speck(rng, image.shape, texels)
-        dirty[where] += alpha * (rng.uniform(*GREYS) - dirty[where])
-        covered += float((alpha * clean[where]).sum())
-        clean[where] *= 1 - alpha
+        where, alpha, grey = next(specks)
+        dirty[where] += alpha * (grey - dirty[where])
+        fresh = alpha * clean[where]
+        clean[where] -= fresh
+        covered += float(fresh.sum())
     return np.asarray(np.rint(dirty), dtype=np.uint8)
 
 
-def _speck(
+def _specks(
     rng: np.random.Generator, shape: tuple[int, ...], texels: float
-) -> tuple[tuple[slice, slice], Array]:
-    """Where in the picture a speck lies, and how much of each texel there it covers."""
-    row, column = rng.uniform(-0.5, np.array(shape) - 0.5)
-    radius = rng.uniform(*SPECK) / 2 * texels
-    (bulge_2, bulge_3), (turn_2, turn_3) = rng.uniform(0, 0.3, 2), rng.uniform(0, 2 * np.pi, 2)
-    reach = 1.6 * radius + 0.5
-    rows, columns = (
-        slice(max(math.ceil(middle - reach), 0), min(math.floor(middle + reach) + 1, end))
-        for middle, end in zip((row, column), shape, strict=True)
-    )
-    y = np.arange(rows.start, rows.stop)[:, None] - row
-    x = np.arange(columns.start, columns.stop) - column
-    angle = np.arctan2(y, x)
-    rim = 1 + bulge_2 * np.cos(2 * angle + turn_2) + bulge_3 * np.cos(3 * angle + turn_3)
-    return (rows, columns), np.clip(radius * rim - np.hypot(x, y) + 0.5, 0, 1)
+) -> Iterator[tuple[tuple[slice, slice], Array, float]]:
+    """Where in the picture specks lie, how much of each texel there they cover, and their greys.
+
+    Without end; `texels` in a metre. They are shaped many at a time, in windows of one size.
+    """
+    window = np.arange(int(2 * _reach(SPECK[1] / 2 * texels)) + 1)
+    while True:
+        draws = rng.random((_BATCH, 8))
+        middles, radii = draws[:, :2] * shape - 0.5, _between(SPECK, draws[:, 2]) / 2 * texels
+        bulges = _BULGES * draws[:, 3:5] * np.exp(2j * np.pi * draws[:, 5:7])
+        greys = _between(GREYS, draws[:, 7])
+        firsts = np.ceil(middles - _reach(radii)[:, None]).astype(int)
+        ends = np.floor(middles + _reach(radii)[:, None]).astype(int) + 1
+        y, x = np.moveaxis(firsts[:, :, None] + window - middles[:, :, None], 1, 0)
+        alphas = _coverage(x[:, None, :] + 1j * y[:, :, None], radii, bulges)
+        starts, stops = np.maximum(firsts, 0), np.minimum(ends, shape)
+        boxes = np.stack([starts, stops, starts - firsts, stops - firsts], axis=1).tolist()
+        for (start, stop, low, high), alpha, grey in zip(boxes, alphas, greys, strict=True):
+            where = slice(start[0], stop[0]), slice(start[1], stop[1])
+            yield where, alpha[low[0] : high[0], low[1] : high[1]], float(grey)
+
+
+def _between(limits: tuple[float, float], share: Array) -> Array:
+    return limits[0] + (limits[1] - limits[0]) * share
+
+
+def _reach(radius: ArrayLike) -> Array:
+    """How far from its middle a speck may cover texels at all."""
+    return np.asarray((1 + 2 * _BULGES) * np.asarray(radius) + 0.5)
+
+
+def _coverage(z: NDArray[np.complex128], radii: Array, bulges: NDArray[np.complex128]) -> Array:
+    """Shares (N, H, W) of texels at z = x + iy from the middles of specks with radii (N,).
+
+    The rim is the radius times 1 + a cos(2 angle + t) + b cos(3 angle + s); `bulges` (N, 2) are
+    a exp(it) and b exp(is). All in texels.
+    """
+    distance = np.maximum(np.abs(z), 1e-12)
+    turn = z / distance
+    twice, thrice = bulges.T[:, :, None, None]
+    rim = 1 + (turn**2 * (twice + thrice * turn)).real
+    return np.asarray(np.clip(radii[:, None, None] * rim - distance + 0.5, 0, 1))

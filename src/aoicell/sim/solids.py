@@ -48,9 +48,10 @@ def set_pose(element: object, T: SE3) -> None:
 
 def add_print(spec: mujoco.MjSpec, name: str, image: Image, face: Face = MATT) -> None:
     """A material that carries a picture, (H, W) grey or (H, W, 3) RGB, as a 2D texture."""
-    rgb = np.repeat(image[:, :, None], 3, axis=2) if image.ndim == 2 else image
     if face.glare:  # MuJoCo multiplies highlights by the picture: on pure black there are none
-        rgb = np.rint(rgb + VEIL * face.glare * (255.0 - rgb)).astype(np.uint8)
+        level = np.arange(256)
+        image = np.rint(level + VEIL * face.glare * (255.0 - level)).astype(np.uint8)[image]
+    rgb = np.repeat(image[:, :, None], 3, axis=2) if image.ndim == 2 else image
     height, width = rgb.shape[:2]
     texture = spec.add_texture(
         name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3

@@ -8,6 +8,7 @@ from aoicell.observation import Image
 from aoicell.planning.meshes import BoardMesh
 from aoicell.sim.as_built import Light, designed, plain_surfaces
 from aoicell.sim.backend import make_renderer
+from aoicell.sim.population import empty
 from aoicell.sim.scene import ARM, build_model, optical_to_mujoco, visible
 from aoicell.transforms import SE3, to_quat_wxyz
 
@@ -18,13 +19,14 @@ class NominalTwin:
     The camera stands free; arm, cameras and tripod are left out, so nothing hides the board.
     """
 
-    def __init__(self, nominal: Nominal, part: BoardMesh | None = None) -> None:
-        """With a part, a mesh lies where the board would."""
+    def __init__(self, nominal: Nominal, part: BoardMesh | None = None, bare: bool = False) -> None:
+        """With a part, a mesh lies where the board would; a bare board has no components."""
         self._nominal = nominal
         camera = nominal.cameras["hand"]
         pinhole = (camera.width, camera.height, camera.focal_px)
         self._model = build_model(nominal, designed(nominal), {"hand": pinhole, "tripod": pinhole},
-            Light(), plain_surfaces(), part=part)  # fmt: skip
+            Light(), plain_surfaces(), population=empty(nominal.board) if bare else None,
+            part=part)  # fmt: skip
         self._data = mujoco.MjData(self._model)
         self._camera = self._model.camera("hand").id
         self._model.cam_bodyid[self._camera] = 0

@@ -8,7 +8,7 @@ import pytest
 
 from aoicell.camera import Camera
 from aoicell.inspection import Reference, ViewInspection, inspect_view
-from aoicell.inspection.virtual_reference import virtual_reference
+from aoicell.inspection.virtual_picture import virtual_picture
 from aoicell.nominal import Nominal
 from aoicell.observation import Image
 from aoicell.sim.twin import NominalTwin
@@ -38,10 +38,7 @@ def test_it_is_drawn_through_the_calibrated_lens() -> None:
     T_base_board = translation(0.4, 0.1, 0.02)
     T_base_camera = T_base_board * looking_at((0.005, 0, 0), 0.45, (0.1, -0.05), 0.4)
     T_camera_board = T_base_camera.actInv(T_base_board)
-    reference = virtual_reference(Dots(), DESIGNED, "V", camera, T_base_camera, T_camera_board)
-    assert reference.virtual
-    assert (reference.view, reference.camera) == ("V", camera)
-    [image] = reference.images
+    image = virtual_picture(Dots(), DESIGNED, camera, T_base_camera, T_camera_board)
     assert image.shape == (480, 640)
     for at in camera.project(Dots.points, T_camera_board):
         left, top = (round(value) - 12 for value in at)
@@ -56,10 +53,9 @@ def test_it_is_drawn_through_the_calibrated_lens() -> None:
 @pytest.fixture(scope="module")
 def virtual(nominal: Nominal, taught: Look) -> Iterator[Reference]:
     twin = NominalTwin(nominal)
-    yield virtual_reference(
-        twin, nominal.cameras["hand"], "V3", taught.camera, taught.T_base_camera,
-        taught.T_camera_board,
-    )  # fmt: skip
+    pose = (taught.T_base_camera, taught.T_camera_board)
+    image = virtual_picture(twin, nominal.cameras["hand"], taught.camera, *pose)
+    yield Reference("V3", (image,), taught.T_camera_board, taught.camera, virtual=True)
     twin.close()
 
 
