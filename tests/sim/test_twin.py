@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 import pytest
 
+from aoicell.inspection.shown import BARE, MARKER, shown_by
 from aoicell.nominal import Nominal
 from aoicell.observation import to_grey
 from aoicell.sim.cell import SimCell
 from aoicell.sim.twin import NominalTwin
 from aoicell.sim.world import World
-from aoicell.transforms import Array, rotation, translation
+from aoicell.transforms import Array, looking_at, rotation, translation
 
 TaughtPoses = Callable[[Nominal], Mapping[str, Array]]
 
@@ -24,7 +25,7 @@ def twin(nominal: Nominal) -> Iterator[NominalTwin]:
 
 
 def test_it_has_no_seed_and_sees_no_truth() -> None:
-    assert list(inspect.signature(NominalTwin).parameters) == ["nominal", "part"]
+    assert list(inspect.signature(NominalTwin).parameters) == ["nominal", "part", "bare"]
     assert list(inspect.signature(NominalTwin.render).parameters) == [
         "self", "T_base_camera", "T_base_board",
     ]  # fmt: skip
@@ -60,3 +61,18 @@ def test_the_board_is_where_it_is_said_to_be(twin: NominalTwin, nominal: Nominal
     expected = nominal.cameras["hand"].project(nominal.marker.crosses, T_camera_marker)
     gaps = [np.abs(np.roll(uv, k, axis=0) - expected).max() for k in range(4)]
     assert min(gaps) < 0.05
+
+
+def test_a_bare_board_differs_where_components_stand(twin: NominalTwin, nominal: Nominal) -> None:
+    """Between them, and on its markers, it looks the same; shadows apart."""
+    bare, camera = NominalTwin(nominal, bare=True), nominal.cameras["hand"]
+    T_base_board = nominal.T_base_board
+    T_base_camera = T_base_board * looking_at((0.0, 0.0, 0.0), 0.6)
+    pose = (T_base_camera, T_base_board)
+    difference = np.abs(to_grey(bare.render(*pose)).astype(int) - to_grey(twin.render(*pose)))
+    bare.close()
+    shown = shown_by(nominal.board, camera, T_base_camera.actInv(T_base_board))
+    parts = shown.numbers >= 0
+    assert (difference[parts] > 4).mean() > 0.6
+    assert (difference[shown.numbers == MARKER] > 4).mean() < 0.01
+    assert (difference[shown.numbers == BARE] > 4).mean() < 0.1
