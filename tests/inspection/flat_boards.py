@@ -53,10 +53,12 @@ def painted(
     missing: tuple[str, ...] = (),
     padded: tuple[str, ...] = (),
     alike: tuple[str, ...] = (),
+    dotted: tuple[str, ...] = (),
 ) -> Array:
     """The board's grey values from above, row 0 at its -y edge; parts that `moved` lie off.
 
-    Parts that are `padded` stand on two bright pads; those `alike` look so after a half turn.
+    Parts that are `padded` stand on two bright pads; those `alike` look so after a half turn, but
+    for a dot in the corner of those `dotted`.
     """
     shape = (SIZE_MM[1] * _PX_PER_MM, SIZE_MM[0] * _PX_PER_MM)
     rng = np.random.default_rng(1)
@@ -70,6 +72,8 @@ def painted(
             marks = np.random.default_rng(number + 10).choice([35.0, 35.0, 150.0], (6, 8))
             if part.id in alike:
                 marks = np.maximum(marks, marks[::-1, ::-1])
+            if part.id in dotted:
+                marks[0, 0], marks[-1, -1] = 150.0, 35.0
             _stamp(plane, part, marks, (part.x + x, part.y + y, part.rotation + turn))
     return cv2.GaussianBlur(plane, (0, 0), 1.2)
 

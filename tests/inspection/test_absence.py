@@ -4,9 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.small_boards import board, component
 
+from aoicell.camera import Camera
 from aoicell.inspection import Reference, ViewInspection, inspect_view
-from aoicell.transforms import translation
+from aoicell.inspection.absence import bare_board
+from aoicell.inspection.shown import shown_by
+from aoicell.transforms import looking_at, translation
 from inspection.flat_boards import T_CAMERA_BOARD, Flat, painted, photograph
 from inspection.scenes import MISSING, called, is_finite
 
@@ -40,6 +44,25 @@ def test_pads_are_bare_where_the_bare_board_is_known(flat: Flat, tone: float) ->
     assert inspection.findings["U9"].state == "rotated", "something is there"
     unknown = inspect_view(new, replace(known, bare=None), flat.board)
     assert {unknown.findings[id].state for id in ("U2", "U13")} == {"wrong_part"}
+
+
+def test_a_drawn_board_without_print_is_no_obstacle(flat: Flat) -> None:
+    """Nothing tells its light from the real one's but its level."""
+    even = np.full_like(flat.reference.images[0], 90)
+    known = replace(flat.reference, bare=even)
+    new = photograph(painted(flat.board, missing=GONE), seed=6)
+    inspection = inspect_view(new, known, flat.board)
+    assert sorted(called(inspection)) == sorted(GONE)
+    assert {inspection.findings[id].state for id in GONE} == {"absent"}
+
+
+def test_a_view_without_bare_board_does_without_the_drawn_one() -> None:
+    camera, T = Camera.pinhole(1000.0, 320, 240), looking_at((0, 0, 0), 0.3).inverse()
+    design = board(component("U1", "chip", 0, 0, (200, 200, 1)), size_mm=(210, 210))
+    shown = shown_by(design, camera, T)
+    plane = np.zeros((240, 320), np.float32)
+    assert (shown.numbers == 0).all()
+    assert bare_board(plane, plane, shown) is None
 
 
 def test_something_else_in_its_place_is_not_absent(flat: Flat, rng: np.random.Generator) -> None:

@@ -88,6 +88,15 @@ def test_what_looks_alike_after_a_half_turn_has_not_made_it(flat: Flat, turn_deg
         assert finding.shift == pytest.approx((6e-4, -4e-4), abs=1e-4)
 
 
+def test_a_dot_tells_a_half_turn(flat: Flat) -> None:
+    ids = ("U7", "U12")
+    reference = flat_reference(painted(flat.board, alike=ids, dotted=ids))
+    moved = {"U7": (0.0, 0.0, np.pi), "U12": (3e-4, 0.0, np.pi - 0.05)}
+    new = photograph(painted(flat.board, moved, alike=ids, dotted=ids), seed=5)
+    inspection = inspect_view(new, reference, flat.board)
+    assert sorted(called(inspection)) == sorted(ids)
+
+
 def test_a_reference_that_shows_the_parts_off_measures_against_itself(flat: Flat) -> None:
     """The golden sample is the standard, not the design."""
     reference: Reference = flat_reference(painted(flat.board, {"U8": (0.3 * MM, 0, 0)}))

@@ -70,13 +70,14 @@ def make_references(
 ) -> dict[str, Reference]:
     """What each taught view should look like: its golden samples, or a virtual image.
 
-    `samples` are pictures of further golden samples by view. What a missing part uncovers is a
-    virtual image in either case.
+    `samples` are pictures of further golden samples by view. With these comes a virtual image of
+    the bare board, which a missing part uncovers.
     """
     nominal, camera, references = online.nominal, online.calibration.hand.camera, {}
+    Ts = Ts_camera_board(online)
     with closing(NominalTwin(nominal, bare=not virtual)) as twin:
         for view in online.template.views:
-            id, T_camera_board = view.id, Ts_camera_board(online)[view.id]
+            id, T_camera_board = view.id, Ts[view.id]
             T_base_camera = online.calibration.T_base_camera(view.standard.state)
             drawn = virtual_picture(
                 twin, nominal.cameras["hand"], camera, T_base_camera, T_camera_board

@@ -93,7 +93,7 @@ class RunStore:
             (self.folder / name).unlink(missing_ok=True)
         for suffix in ("", "-wal", "-shm"):
             Path(f"{self._database}{suffix}").unlink(missing_ok=True)
-        with closing(self._connect()) as connection:
+        with closing(connected(self._database)) as connection:
             connection.executescript(_SCHEMA)
         self.write_json("environment.json", environment)
         write_whole(self.folder / "scenario.toml", scenario.to_toml().encode())
@@ -105,7 +105,7 @@ class RunStore:
         Raises InputError where another version's tables are in the way.
         """
         self.refuse_other_versions()
-        with closing(self._connect()) as connection:
+        with closing(connected(self._database)) as connection:
             yield TrialWriter(connection)
 
     def write_json(self, name: str, values: Mapping[str, Any]) -> None:
@@ -202,17 +202,11 @@ class RunStore:
         query = "SELECT COUNT(*) FROM (SELECT DISTINCT case_index, world, trial FROM trials)"
         return int(next(iter(self._query(query)))[0])
 
-    def _connect(self) -> sqlite3.Connection:
-        connection = sqlite3.connect(self._database)
-        connection.execute("PRAGMA journal_mode=WAL")
-        connection.execute("PRAGMA synchronous=NORMAL")  # a killed process loses nothing
-        return connection
-
     def _query(self, query: str, *values: Any) -> Iterator[tuple[Any, ...]]:
         if not self._database.is_file():
             raise InputError(f"{self.folder}: not a run directory; trials.sqlite is missing")
         try:
-            with closing(self._connect()) as connection:
+            with closing(connected(self._database)) as connection:
                 yield from connection.execute(query, values)
         except sqlite3.DatabaseError as error:
             raise InputError(f"{self._database}: not a readable store ({error})") from None
@@ -278,6 +272,14 @@ def _names_by_table() -> dict[str, list[str]]:
             table: [row[1] for row in empty.execute(f"PRAGMA table_info({table})")]
             for table in TABLES
         }
+
+
+def connected(database: Path) -> sqlite3.Connection:
+    """A database with a write-ahead log: a process that is killed loses nothing that it wrote."""
+    connection = sqlite3.connect(database)
+    connection.execute("PRAGMA journal_mode=WAL")
+    connection.execute("PRAGMA synchronous=NORMAL")
+    return connection
 
 
 def write_whole(path: Path, data: bytes) -> None:

@@ -8,11 +8,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from aoicell.inspection.matching import Plane
 from aoicell.inspection.shown import BARE, Shown
 from aoicell.inspection.templates import Template
+
+_FEWEST = 100  # bare pixels, of every ninth
+_LEVELS = (12, 95)  # percentiles: the laminate and what is printed on it
+_CONTRAST = 10.0  # grey values between them, of a board that has print at all
 
 
 @dataclass(frozen=True)
@@ -42,17 +45,20 @@ class BareBoard:
     slopes: Plane
 
 
-def bare_board(drawn: Plane, mean: Plane, shown: Shown) -> BareBoard:
-    """A drawn picture (H, W) in the light of the reference `mean`, as its bare places have it."""
+def bare_board(drawn: Plane, mean: Plane, shown: Shown) -> BareBoard | None:
+    """A drawn picture (H, W) in the light of the reference `mean`, as bare places of both have it.
+
+    None where the reference shows too few of them.
+    """
     step = (slice(None, None, 3), slice(None, None, 3))
     bare = shown.numbers[step] == BARE
-    dark, bright = (
-        drawn[step][bare] < level for level in np.percentile(drawn[step][bare], (25, 90))
-    )
-    levels = [(plane[dark], plane[~bright]) for plane in (drawn[step][bare], mean[step][bare])]
-    (low, high), (seen_low, seen_high) = ((float(np.median(v)) for v in pair) for pair in levels)
-    gain = (seen_high - seen_low) / max(high - low, 1.0)
-    grey = (gain * (drawn - low) + seen_low).astype(np.float32)
+    if bare.sum() < _FEWEST:
+        return None
+    low, high = np.percentile(drawn[step][bare], _LEVELS)
+    dark, bright = np.percentile(mean[step][bare], _LEVELS)
+    contrast = high - low > _CONTRAST
+    gain = (bright - dark) / (high - low) if contrast else dark / max(low, 1.0)
+    grey = (gain * (drawn - low) + dark).astype(np.float32)
     slopes = [cv2.Sobel(grey, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in ((1, 0), (0, 1))]
     return BareBoard(grey, np.asarray(cv2.magnitude(*slopes), np.float32))
 
@@ -75,13 +81,12 @@ class Absence:
         self._around = (r + rows.start, c + columns.start)
         inside = template.uv[template.inside].astype(int)
         self._inside = (inside[:, 1], inside[:, 0])
-        self._drawn_around: NDArray[np.float32] | float = 0.0
-        self._drawn: NDArray[np.float32] | float = 0.0
-        self._blurred: NDArray[np.float32] | float = 0.0
         self._least = config.share if board is None else config.drawn_share
-        if board is not None:
-            self._drawn_around, self._drawn = board.grey[self._around], board.grey[self._inside]
-            self._blurred = config.edge_px * board.slopes[self._inside]
+        # without a picture of it, the bare board is as even as its level
+        even = np.zeros(1, np.float32)
+        self._drawn_around = even if board is None else board.grey[self._around]
+        self._drawn = even if board is None else board.grey[self._inside]
+        self._blurred = even if board is None else config.edge_px * board.slopes[self._inside]
         self._own_share: float | None = None
 
     def __call__(self, picture: Plane, reference: Plane) -> bool:

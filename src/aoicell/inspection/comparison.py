@@ -160,14 +160,19 @@ class Comparison:
         return self._unturned(tools, best, least)
 
     def _unturned(self, tools: Tools, found: _Outcome, times: float) -> _Outcome:
-        """What looks alike after a half turn is taken for what has not made it."""
+        """What looks alike after a half turn is taken for what has not made it.
+
+        But never for good: its own place was tried first, and did not fit.
+        """
         place = found.match.place
         if abs(place.rotation) < np.pi / 2 or not np.isfinite(times):
             return found
         back = Place(place.shift, place.rotation - float(np.copysign(np.pi, place.rotation)))
         match = tools.matcher.at(self._picture, back, self._noise, _FAR_STEPS, moved=True)
-        alike = match.settled and misfit(match, self._standard.config.verdict) < _ALIKE * times
-        return _Outcome(match, True) if alike else found
+        limit = min(_ALIKE * times, 1.0)
+        alike = match.settled and misfit(match, self._standard.config.verdict) < limit
+        good = self._allowed(tools.template, match)
+        return _Outcome(match, True) if alike and not good else found
 
     def _taken(self, template: Template, place: Place) -> bool:
         """Whether another component belongs where this one would lie."""

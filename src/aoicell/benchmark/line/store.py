@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from aoicell.benchmark.line.records import BoardRecord, SetUpRecord
 from aoicell.benchmark.line.settings import LineSettings, read_settings
-from aoicell.benchmark.store import write_whole
+from aoicell.benchmark.store import connected, write_whole
 from aoicell.errors import InputError
 
 _SCHEMA = """
@@ -45,7 +45,7 @@ class LineStore:
             (self.folder / name).unlink(missing_ok=True)
         for suffix in ("", "-wal", "-shm"):
             Path(f"{self._database}{suffix}").unlink(missing_ok=True)
-        with closing(self._connect()) as connection:
+        with closing(connected(self._database)) as connection:
             connection.executescript(_SCHEMA)
         write_whole(self._settings, settings.to_toml().encode())
 
@@ -61,7 +61,7 @@ class LineStore:
     @contextmanager
     def writing(self) -> Iterator["LineWriter"]:
         """One connection for all that is added."""
-        with closing(self._connect()) as connection:
+        with closing(connected(self._database)) as connection:
             yield LineWriter(connection)
 
     def write_json(self, name: str, values: dict[str, Any]) -> None:
@@ -80,17 +80,11 @@ class LineStore:
         if not self.exists:
             raise InputError(f"{self.folder}: no line was begun here; line.toml is missing")
         try:
-            with closing(self._connect()) as connection:
+            with closing(connected(self._database)) as connection:
                 rows = connection.execute(f"SELECT record FROM {table} ORDER BY {key}")
                 return [text for (text,) in rows]
         except sqlite3.DatabaseError as error:
             raise InputError(f"{self._database}: not a readable store ({error})") from None
-
-    def _connect(self) -> sqlite3.Connection:
-        connection = sqlite3.connect(self._database)
-        connection.execute("PRAGMA journal_mode=WAL")
-        connection.execute("PRAGMA synchronous=NORMAL")  # a killed process loses nothing
-        return connection
 
 
 class LineWriter:
