@@ -66,6 +66,20 @@ class Renderer(Protocol):
         """Picture of the nominal cell from a camera pose, with the board at a given pose."""
 
 
+class SolidRenderer(Renderer, Protocol):
+    """One that knows the board's components one by one."""
+
+    def bare(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
+        """The same picture of the board without its components."""
+
+    def solids(
+        self, T_base_camera: SE3, T_base_board: SE3
+    ) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
+        """For each pixel (H, W) of the picture the number of the component that it shows, -1 for
+        anything else, and how far in front of the camera that is (m, along its axis).
+        """
+
+
 def capture_at(cell: Cell, qs: Sequence[Array], camera: CameraName = "hand") -> list[Observation]:
     """Visit the joint targets one after the other and take a picture at each."""
     observations = []

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from aoicell.inspection import Reference, ViewInspection, inspect_view
+from aoicell.inspection.virtual_picture import drawing
 from aoicell.nominal import Nominal
 from aoicell.sim.drawing import draw
 from aoicell.sim.population import draw_scatter, populated
 from aoicell.sim.profiles import TYPICAL
+from aoicell.sim.twin import NominalTwin
 from aoicell.sim.world import World
 from inspection.flat_boards import Flat, flat_board, flat_reference, painted
 from inspection.scenes import DEFECTS, Look, Scene
@@ -40,8 +42,19 @@ def taught(scene: Scene) -> Look:
 
 
 @pytest.fixture(scope="session")
-def reference(taught: Look) -> Reference:
-    return Reference("V3", (taught.grey,), taught.T_camera_board, taught.camera)
+def twin(nominal: Nominal) -> Iterator[NominalTwin]:
+    """The cell as designed."""
+    twin = NominalTwin(nominal)
+    yield twin
+    twin.close()
+
+
+@pytest.fixture(scope="session")
+def reference(taught: Look, twin: NominalTwin, nominal: Nominal) -> Reference:
+    """The standard of V3, with the design as drawn for it."""
+    pose = (taught.T_base_camera, taught.T_camera_board)
+    drawn = drawing(twin, nominal.cameras["hand"], taught.camera, *pose)
+    return Reference("V3", (taught.grey,), taught.T_camera_board, taught.camera, drawing=drawn)
 
 
 @pytest.fixture(scope="session")

@@ -14,6 +14,8 @@ from helpers.small_boards import board, component
 from aoicell.board import BoardDesign, Component
 from aoicell.camera import Camera
 from aoicell.inspection import Reference
+from aoicell.inspection.shown import shown_by
+from aoicell.inspection.virtual_picture import Drawing
 from aoicell.observation import Image
 from aoicell.transforms import SE3, Array, looking_at
 
@@ -54,11 +56,12 @@ def painted(
     padded: tuple[str, ...] = (),
     alike: tuple[str, ...] = (),
     dotted: tuple[str, ...] = (),
+    blank: tuple[str, ...] = (),
 ) -> Array:
     """The board's grey values from above, row 0 at its -y edge; parts that `moved` lie off.
 
     Parts that are `padded` stand on two bright pads; those `alike` look so after a half turn, but
-    for a dot in the corner of those `dotted`.
+    for a dot in the corner of those `dotted`; those `blank` have no marks.
     """
     shape = (SIZE_MM[1] * _PX_PER_MM, SIZE_MM[0] * _PX_PER_MM)
     rng = np.random.default_rng(1)
@@ -72,6 +75,8 @@ def painted(
             marks = np.random.default_rng(number + 10).choice([35.0, 35.0, 150.0], (6, 8))
             if part.id in alike:
                 marks = np.maximum(marks, marks[::-1, ::-1])
+            if part.id in blank:
+                marks[:] = 35.0
             if part.id in dotted:
                 marks[0, 0], marks[-1, -1] = 150.0, 35.0
             _stamp(plane, part, marks, (part.x + x, part.y + y, part.rotation + turn))
@@ -131,3 +136,9 @@ def _rays() -> Array:
 def flat_reference(plane: Array) -> Reference:
     """The flat board's standard image."""
     return Reference("flat", (photograph(plane),), T_CAMERA_BOARD, CAMERA)
+
+
+def flat_drawing(design: BoardDesign, bare: Image) -> Drawing:
+    """The flat board as it would be drawn, with a picture of it without its parts."""
+    shown = shown_by(design, CAMERA, T_CAMERA_BOARD)
+    return Drawing(bare, np.maximum(shown.numbers, -1), shown.heights)

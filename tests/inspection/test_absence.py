@@ -8,11 +8,15 @@ from helpers.small_boards import board, component
 
 from aoicell.camera import Camera
 from aoicell.inspection import Reference, ViewInspection, inspect_view
-from aoicell.inspection.absence import bare_board
+from aoicell.inspection.bare import bare_board
 from aoicell.inspection.shown import shown_by
+from aoicell.inspection.virtual_picture import Drawing
+from aoicell.nominal import Nominal
+from aoicell.sim.defects import Defect
+from aoicell.sim.population import draw_scatter, populated
 from aoicell.transforms import looking_at, translation
-from inspection.flat_boards import T_CAMERA_BOARD, Flat, painted, photograph
-from inspection.scenes import MISSING, called, is_finite
+from inspection.flat_boards import T_CAMERA_BOARD, Flat, flat_drawing, painted, photograph
+from inspection.scenes import MISSING, Scene, called, is_finite
 
 GONE = ("U2", "U9", "U13")
 
@@ -35,21 +39,22 @@ def test_pads_are_bare_where_the_bare_board_is_known(flat: Flat, tone: float) ->
     everything = tuple(c.id for c in flat.board.components)
     drawn = photograph(painted(flat.board, missing=everything, padded=GONE), seed=9, light=tone)
     standard = photograph(painted(flat.board, padded=GONE))
-    known = Reference("V", (standard,), T_CAMERA_BOARD, flat.reference.camera, bare=drawn)
+    drawing = flat_drawing(flat.board, drawn)
+    known = Reference("V", (standard,), T_CAMERA_BOARD, flat.reference.camera, drawing=drawing)
     other = {"U9": (0.0, 0.0, np.pi)}
     new = photograph(painted(flat.board, other, missing=("U2", "U13"), padded=GONE), seed=6)
     inspection = inspect_view(new, known, flat.board)
     assert sorted(called(inspection)) == sorted(GONE)
     assert {inspection.findings[id].state for id in ("U2", "U13")} == {"absent"}
     assert inspection.findings["U9"].state == "rotated", "something is there"
-    unknown = inspect_view(new, replace(known, bare=None), flat.board)
+    unknown = inspect_view(new, replace(known, drawing=None), flat.board)
     assert {unknown.findings[id].state for id in ("U2", "U13")} == {"wrong_part"}
 
 
 def test_a_drawn_board_without_print_is_no_obstacle(flat: Flat) -> None:
     """Nothing tells its light from the real one's but its level."""
     even = np.full_like(flat.reference.images[0], 90)
-    known = replace(flat.reference, bare=even)
+    known = replace(flat.reference, drawing=flat_drawing(flat.board, even))
     new = photograph(painted(flat.board, missing=GONE), seed=6)
     inspection = inspect_view(new, known, flat.board)
     assert sorted(called(inspection)) == sorted(GONE)
@@ -61,8 +66,9 @@ def test_a_view_without_bare_board_does_without_the_drawn_one() -> None:
     design = board(component("U1", "chip", 0, 0, (200, 200, 1)), size_mm=(210, 210))
     shown = shown_by(design, camera, T)
     plane = np.zeros((240, 320), np.float32)
+    drawing = Drawing(plane.astype(np.uint8), shown.numbers, shown.heights)
     assert (shown.numbers == 0).all()
-    assert bare_board(plane, plane, shown) is None
+    assert bare_board(drawing, plane, shown) is None
 
 
 def test_something_else_in_its_place_is_not_absent(flat: Flat, rng: np.random.Generator) -> None:
@@ -90,3 +96,16 @@ def test_most_missing_parts_are_said_to_be_absent_or_wrong(inspected: ViewInspec
     states = [inspected.findings[id].state for id in MISSING]
     assert set(states) <= {"absent", "wrong_part"}
     assert "absent" in states
+
+
+@pytest.mark.parametrize("gone", ["A2", "A3"])
+def test_what_is_seen_through_its_neighbours_is_not_missed_there(
+    scene: Scene, reference: Reference, nominal: Nominal, gone: str
+) -> None:
+    """Between the chips of a memory module one sees the next; where that is gone, the board."""
+    board = nominal.board
+    defects = [Defect("missing", f"SLOT_{gone}"), Defect("missing", f"DIMM_{gone}")]
+    spoilt = scene.look("V3", populated(board, defects, draw_scatter(board, 0, 0, 0)))
+    inspection = inspect_view(spoilt.grey, reference, board)
+    assert inspection.findings[f"DIMM_{gone}"].is_defect
+    assert not [id for id in called(inspection) if id.startswith("DIMM") and gone not in id]

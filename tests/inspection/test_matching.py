@@ -63,14 +63,16 @@ def test_a_wider_class_accepts_more_and_a_narrower_one_less(flat: Flat) -> None:
         assert finding.shift == pytest.approx((0.3 * MM, 0), abs=0.06 * MM)
 
 
-def test_what_may_turn_as_it_likes_is_not_rotated(flat: Flat) -> None:
+@pytest.mark.parametrize("turn_deg", [25, -100])
+def test_what_may_turn_as_it_likes_is_not_rotated(flat: Flat, turn_deg: float) -> None:
     parts = [replace(c, tolerance="free") for c in flat.board.components]
     board = replace(
         flat.board, components=tuple(parts), tolerances={"free": Tolerance(0.5 * MM, np.pi)}
     )
-    new = photograph(painted(flat.board, {"U8": (0, 0, 25 * DEG)}), seed=4)
+    new = photograph(painted(flat.board, {"U8": (0, 0, turn_deg * DEG)}), seed=4)
     finding = inspect_view(new, flat.reference, board).findings["U8"]
-    assert finding.state not in ("rotated", "absent")
+    assert finding.state == "present"
+    assert finding.rotation == pytest.approx(turn_deg * DEG, abs=0.5 * DEG)
 
 
 @pytest.mark.parametrize("turn_deg", [168.0, -170.0])

@@ -29,7 +29,7 @@ def test_pictures_are_grey_and_of_the_cameras_size(flat: Flat) -> None:
             Reference("V9", (good, bad), T_CAMERA_BOARD, CAMERA)
 
 
-@pytest.mark.parametrize("off", [(0.6e-3, 0.0), (-0.3e-3, 0.5e-3)])
+@pytest.mark.parametrize("off", [(0.6e-3, 0.0), (-0.3e-3, 0.5e-3), (2.5e-3, -2e-3)])
 def test_the_design_is_laid_where_the_parts_are(flat: Flat, off: tuple[float, float]) -> None:
     """A calibrated pose is off by as much as its marker is glued on elsewhere."""
     estimate = T_CAMERA_BOARD * translation(*off)

@@ -9,6 +9,7 @@ from helpers.small_boards import board, component
 from aoicell.board import BoardDesign, MarkerDesign
 from aoicell.camera import Camera
 from aoicell.inspection.shown import BARE, MARKER, NOTHING, Shown, shown_by
+from aoicell.inspection.virtual_picture import BEYOND, Drawing
 from aoicell.transforms import SE3, looking_at
 
 CAMERA = Camera.pinhole(1000.0, 800, 600)  # at 0.5 m: 2 px a millimetre, middle at (399.5, 299.5)
@@ -125,3 +126,24 @@ def test_a_marker_is_no_bare_board() -> None:
     assert seen.numbers[at(seen, DOWN, 30, -20)] == MARKER
     assert (seen.numbers == MARKER).sum() == pytest.approx((12 * 2) ** 2, rel=0.1)
     assert len(seen.shares) == 0
+
+
+def test_a_drawing_knows_shapes_that_are_no_boxes(shown: Shown) -> None:
+    """A round part leaves the corners of its box free; through a hollow one, others are seen."""
+    numbers, heights = np.maximum(shown.numbers, -1), shown.heights.copy()
+    row, column = at(shown, DOWN, -30, 0, 20)
+    v, u = np.mgrid[:600, :800]
+    outside = (numbers == number("B")) & (np.hypot(u - column, v - row) > 10)
+    numbers[outside], heights[outside] = -1, 0
+    numbers[at(shown, DOWN, 0, -25, 15)] = number("D")
+    numbers[:, :100] = BEYOND
+    drawing = Drawing(np.zeros((600, 800), np.uint8), numbers, heights)
+    exact = shown_by(BOARD, CAMERA, DOWN, drawing)
+    assert outside[:, 100:].sum() > 20
+    assert (exact.numbers[:, 100:][outside[:, 100:]] == BARE).all()
+    assert exact.numbers[row, column] == number("B")
+    assert (exact.numbers[:, :100] == shown.numbers[:, :100]).all(), "boxes, where it ends"
+    hollow = at(shown, DOWN, 0, -25, 15)
+    assert exact.numbers[hollow] == number("E")
+    assert exact.solids[hollow] == number("D")
+    assert exact.shares == pytest.approx(shown.shares), "of whole outlines"

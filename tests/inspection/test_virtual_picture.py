@@ -1,20 +1,21 @@
 """A picture drawn from the design as the standard of a view."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from aoicell.camera import Camera
 from aoicell.inspection import Reference, ViewInspection, inspect_view
-from aoicell.inspection.virtual_picture import virtual_picture
+from aoicell.inspection.virtual_picture import BEYOND, drawing, virtual_picture
 from aoicell.nominal import Nominal
 from aoicell.observation import Image
 from aoicell.sim.twin import NominalTwin
 from aoicell.transforms import SE3, apply, looking_at, translation
 from inspection.scenes import Look, gives_no_verdict, is_finite
 
+HIGH = 3e-3
 DESIGNED = Camera.pinhole(1000.0, 640, 480)
 
 
@@ -29,6 +30,21 @@ class Dots:
         for at in DESIGNED.project(apply(T_base_camera.actInv(T_base_board), self.points)):
             picture[(u - at[0]) ** 2 + (v - at[1]) ** 2 < 7**2] = 200
         return picture
+
+    def bare(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
+        return np.full((DESIGNED.height, DESIGNED.width, 3), 90, np.uint8)
+
+    def solids(
+        self, T_base_camera: SE3, T_base_board: SE3
+    ) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
+        """Discs of the components 0, 1, ... on a plane `HIGH` over the board."""
+        numbers = self.render(T_base_camera, T_base_board)[..., 0].astype(np.int16) // 200 - 1
+        T = T_base_camera.actInv(T_base_board)
+        rays = np.moveaxis(np.mgrid[: DESIGNED.height, : DESIGNED.width], 0, -1)[..., ::-1]
+        rays = np.dstack([rays, np.ones(rays.shape[:2])]) @ np.linalg.inv(DESIGNED.K).T
+        normal = T.rotation[:, 2]
+        depths = normal @ T.act(np.array([0, 0, HIGH])) / (rays @ normal)
+        return numbers, depths.astype(np.float32)
 
 
 def test_it_is_drawn_through_the_calibrated_lens() -> None:
@@ -47,16 +63,29 @@ def test_it_is_drawn_through_the_calibrated_lens() -> None:
         assert np.linalg.norm(middle - at) < 0.5
 
 
+def test_solids_are_drawn_through_it_as_well() -> None:
+    """With heights over the board, whichever way it lies, and nothing where the drawing ends."""
+    camera = replace(DESIGNED, K=np.array([[900, 0, 330], [0, 905, 235], [0, 0, 1.0]]))
+    T_base_board = translation(0.4, 0.1, 0.02)
+    T_base_camera = T_base_board * looking_at((0.005, 0, 0), 0.45, (0.1, -0.05), 0.4)
+    T_camera_board = T_base_camera.actInv(T_base_board)
+    drawn = drawing(Dots(), DESIGNED, camera, T_base_camera, T_camera_board)
+    for u, v in camera.project(Dots.points, T_camera_board):
+        assert drawn.numbers[round(v), round(u)] == 0
+    assert drawn.numbers[0, 0] == BEYOND
+    known = drawn.numbers != BEYOND
+    assert (drawn.bare[known] == 90).mean() > 0.99
+    assert drawn.heights[known] == pytest.approx(HIGH, abs=1e-6)
+
+
 # ---- in the cell -------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
-def virtual(nominal: Nominal, taught: Look) -> Iterator[Reference]:
-    twin = NominalTwin(nominal)
+def virtual(nominal: Nominal, taught: Look, twin: NominalTwin) -> Reference:
     pose = (taught.T_base_camera, taught.T_camera_board)
     image = virtual_picture(twin, nominal.cameras["hand"], taught.camera, *pose)
-    yield Reference("V3", (image,), taught.T_camera_board, taught.camera, virtual=True)
-    twin.close()
+    return Reference("V3", (image,), taught.T_camera_board, taught.camera, virtual=True)
 
 
 @pytest.fixture(scope="module")

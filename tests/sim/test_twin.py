@@ -25,7 +25,7 @@ def twin(nominal: Nominal) -> Iterator[NominalTwin]:
 
 
 def test_it_has_no_seed_and_sees_no_truth() -> None:
-    assert list(inspect.signature(NominalTwin).parameters) == ["nominal", "part", "bare"]
+    assert list(inspect.signature(NominalTwin).parameters) == ["nominal", "part"]
     assert list(inspect.signature(NominalTwin.render).parameters) == [
         "self", "T_base_camera", "T_base_board",
     ]  # fmt: skip
@@ -65,14 +65,37 @@ def test_the_board_is_where_it_is_said_to_be(twin: NominalTwin, nominal: Nominal
 
 def test_a_bare_board_differs_where_components_stand(twin: NominalTwin, nominal: Nominal) -> None:
     """Between them, and on its markers, it looks the same; shadows apart."""
-    bare, camera = NominalTwin(nominal, bare=True), nominal.cameras["hand"]
+    camera = nominal.cameras["hand"]
     T_base_board = nominal.T_base_board
     T_base_camera = T_base_board * looking_at((0.0, 0.0, 0.0), 0.6)
     pose = (T_base_camera, T_base_board)
-    difference = np.abs(to_grey(bare.render(*pose)).astype(int) - to_grey(twin.render(*pose)))
-    bare.close()
+    before = to_grey(twin.render(*pose))
+    difference = np.abs(to_grey(twin.bare(*pose)).astype(int) - before)
+    assert (to_grey(twin.render(*pose)) == before).all(), "and the components are back"
     shown = shown_by(nominal.board, camera, T_base_camera.actInv(T_base_board))
     parts = shown.numbers >= 0
     assert (difference[parts] > 4).mean() > 0.6
     assert (difference[shown.numbers == MARKER] > 4).mean() < 0.01
     assert (difference[shown.numbers == BARE] > 4).mean() < 0.1
+
+
+def test_its_solids_are_the_components_to_the_pixel(twin: NominalTwin, nominal: Nominal) -> None:
+    """Boxes where components are boxes; a can leaves the corners of its box free."""
+    camera, T_base_board = nominal.cameras["hand"], nominal.T_base_board
+    T_base_camera = T_base_board * looking_at((-0.1, 0.1, 0.0), 0.4)
+    T_camera_board = T_base_camera.actInv(T_base_board)
+    numbers, depths = twin.solids(T_base_camera, T_base_board)
+    shown = shown_by(nominal.board, camera, T_camera_board)
+    shares = {}
+    for kind in ("chip", "resistor", "capacitor", "connector"):
+        which = [n for n, c in enumerate(nominal.board.components) if c.kind == kind]
+        box, solid = np.isin(shown.numbers, which), np.isin(numbers, which)
+        shares[kind] = (box & solid).sum() / box.sum()
+    assert min(shares["chip"], shares["resistor"], shares["connector"]) > 0.8
+    assert 0.6 < shares["capacitor"] < 0.9
+    assert (numbers[shown.numbers == MARKER] == -1).all()
+    chip = nominal.board.component("U23")
+    middle = np.array([[chip.x, chip.y, chip.top]])
+    [[u, v]] = np.rint(camera.project(middle, T_camera_board)).astype(int)
+    assert nominal.board.components[numbers[v, u]].id == "U23"
+    assert depths[v, u] == pytest.approx(T_camera_board.act(middle[0])[2], abs=5e-5)

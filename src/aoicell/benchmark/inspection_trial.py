@@ -18,7 +18,7 @@ from aoicell.inspection import (
     Reference,
     inspect_board,
 )
-from aoicell.inspection.virtual_picture import virtual_picture
+from aoicell.inspection.virtual_picture import drawing, virtual_picture
 from aoicell.observation import Cell, Image, Observation, capture_at
 from aoicell.online import Online, Ts_camera_board
 from aoicell.pipeline import TaughtPictures
@@ -70,21 +70,19 @@ def make_references(
 ) -> dict[str, Reference]:
     """What each taught view should look like: its golden samples, or a virtual image.
 
-    `samples` are pictures of further golden samples by view. With these comes a virtual image of
-    the bare board, which a missing part uncovers.
+    `samples` are pictures of further golden samples by view. In either case the design is drawn
+    beside: the shapes of the components, and the bare board that a missing one uncovers.
     """
     nominal, camera, references = online.nominal, online.calibration.hand.camera, {}
     Ts = Ts_camera_board(online)
-    with closing(NominalTwin(nominal, bare=not virtual)) as twin:
+    with closing(NominalTwin(nominal)) as twin:
         for view in online.template.views:
             id, T_camera_board = view.id, Ts[view.id]
             T_base_camera = online.calibration.T_base_camera(view.standard.state)
-            drawn = virtual_picture(
-                twin, nominal.cameras["hand"], camera, T_base_camera, T_camera_board
-            )
-            images = (drawn,) if virtual else (view.standard.grey, *samples.get(id, ()))
-            bare = None if virtual else drawn
-            references[id] = Reference(id, images, T_camera_board, camera, virtual, bare)
+            seen = twin, nominal.cameras["hand"], camera, T_base_camera, T_camera_board
+            taken = (view.standard.grey, *samples.get(id, ()))
+            images = (virtual_picture(*seen),) if virtual else taken
+            references[id] = Reference(id, images, T_camera_board, camera, virtual, drawing(*seen))
     return references
 
 

@@ -27,8 +27,10 @@ _LEAST_SHARE = 0.5  # of a component that has to be seen for its outline to coun
 _SPACING = 0.4e-3  # m, from one point of an outline to the next
 _MOST_POINTS = 120  # of one component: no large one outvotes the rest
 _SMOOTHING_PX = 2.0
-_REACH, _STEP = 1.2e-3, 0.2e-3  # m, along x and y
-_TURN, _TURN_STEP = np.radians(0.6), np.radians(0.1)
+# slides that are tried: up to so far (m) along x and y, a step, up to so far turned, a step
+_COARSE = (4e-3, 0.5e-3, np.radians(1.0), np.radians(0.2))
+_FINE = (0.5e-3, 0.125e-3, np.radians(0.2), np.radians(0.05))
+_FEW = 8  # of the outlines' points, one in so many tells where to look more closely
 _CAP = 20.0  # grey values a pixel: a stronger edge counts no more
 
 _HIGHEST = 2e-3  # m: of taller parts, top and foot have different middles
@@ -69,15 +71,25 @@ def _by_outlines(picture: Plane, components: Sequence[Component], camera: Camera
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     normals = ahead @ np.array([[0, 1], [-1, 0]])
 
-    def strength(slide: Array) -> float:
-        at = (uv + J @ slide).astype(np.float32)
+    def strength(slide: Array, some: slice) -> float:
+        at = (uv[some] + J[some] @ slide).astype(np.float32)
         found = cv2.remap(slopes, at[:, :1], at[:, 1:], cv2.INTER_LINEAR)[:, 0]
-        across = np.abs((found * normals).sum(axis=1))
+        across = np.abs((found * normals[some]).sum(axis=1))
         return float(np.minimum(across, _CAP).sum())
 
-    steps = np.arange(-_REACH, _REACH + 1e-9, _STEP)
-    turns = np.arange(-_TURN, _TURN + 1e-9, _TURN_STEP)
-    return _slid(T, middle, max(map(np.array, product(steps, steps, turns)), key=strength))
+    best = np.zeros(3)
+    for tried, some in ((_COARSE, slice(None, None, _FEW)), (_FINE, slice(None))):
+        slides = best + _grid(*tried)
+        best = slides[int(np.argmax([strength(slide, some) for slide in slides]))]
+    return _slid(T, middle, best)
+
+
+def _grid(reach: float, step: float, turn: float, turn_step: float) -> Array:
+    """Slides (N, 3) about none."""
+    steps, turns = (
+        np.arange(-most, most + size / 2, size) for most, size in ((reach, step), (turn, turn_step))
+    )
+    return np.array(list(product(steps, steps, turns)))
 
 
 def _outline(component: Component) -> Array:

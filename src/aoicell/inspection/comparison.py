@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from aoicell.board import Component
 from aoicell.inspection.findings import Finding, ViewInspection
 from aoicell.inspection.foreign import Spot, foreign_objects
 from aoicell.inspection.matching import APART_PX, Match, Place, Plane
@@ -30,9 +31,10 @@ _MARGIN_PX = 3  # blur about what moved
 _MOVED_PX = 0.7  # less changes nothing about a part
 _FAR_STEPS = 15
 _GOOD = 0.6  # a misfit, relative to its limit, that needs no rival
+_ELSEWHERE = 1.4  # of a part that lies elsewhere, a misfit with all pixels stays below this
 _ALIKE = 1.2  # times the misfit of the other way round
-_NEAR_PX = 2.5  # the first match finds what is no farther off
-_THROWN_PX = 6  # about a part that is wrong, what differs belongs to it
+_NEAR_PX, _NEAR_TURN = 2.5, np.radians(15)  # the first match finds what is no farther off
+_THROWN_PX = 6  # about a part that is wrong or was doubted, what differs belongs to it
 
 
 @dataclass(frozen=True)
@@ -77,16 +79,18 @@ class Comparison:
         covered = standard.foreign.mask(spots, 2 * _MARGIN_PX)
         for area in moved.values():
             covered[area.window] += area.mask
-        for id, area in moved.items():
-            if not self._good(id, outcomes[id]):
-                covered[area.window] -= area.mask  # by others
-                outcomes[id] = self._reconsidered(id, outcomes[id], covered)
-                covered[area.window] += area.mask
-        wrong = np.zeros_like(covered)
-        for id, area in moved.items():
-            if not self._good(id, outcomes[id]):
-                wrong[area.window] |= area.mask
-        spots = [spot for spot in spots if not spot.near(wrong, _THROWN_PX)]
+        doubtful = [id for id in moved if not self._good(id, outcomes[id])]
+        for id in doubtful:
+            area = moved[id]
+            covered[area.window] -= area.mask  # by others
+            outcomes[id] = self._reconsidered(id, outcomes[id], covered)
+            covered[area.window] += area.mask
+        theirs = np.zeros_like(covered)
+        for id in doubtful:
+            area = self._disturbance(standard.tools[id].template, outcomes[id])
+            if outcomes[id].match.moved_px > _MOVED_PX or not self._good(id, outcomes[id]):
+                theirs[area.window] |= area.mask
+        spots = [spot for spot in spots if not spot.near(theirs, _THROWN_PX)]
         findings = {
             id: self._finding(tools, outcomes.get(id)) for id, tools in standard.tools.items()
         }
@@ -120,19 +124,23 @@ class Comparison:
     def _sought(self, tools: Tools, home: Match) -> _Outcome:
         """A component that does not fit in its place: the best match elsewhere, or turned.
 
-        First where it may be, then as far as a search reaches.
+        First where it may be, then as far as a search reaches; where its place is bare, it does not
+        lie there.
         """
         config = self._standard.config
         if self._smooth is None:
             self._smooth = smoothed(self._picture)
         tolerance = self._standard.board.tolerance(tools.template.component)
         scale = np.sqrt(abs(np.linalg.det(tools.template.D)))
-        if tolerance.shift * scale > _NEAR_PX:
+        if tolerance.shift * scale > _NEAR_PX or tolerance.rotation > _NEAR_TURN:
             allowed = tools.search.places(self._smooth, tolerance.shift, tolerance.rotation)
             best = self._best(tools, home, allowed, 0.0)
             if best.fits:
                 return best
-        anywhere = tools.search.places(self._smooth, config.search.reach)
+        part = tools.template.component
+        bare = tools.absence(self._picture, self._standard.mean)
+        least = min(part.width, part.depth) / 2 if bare else 0.0
+        anywhere = tools.search.places(self._smooth, config.search.reach, least=least)
         return self._best(tools, home, anywhere, config.verdict.forgiven)
 
     def _best(
@@ -153,6 +161,8 @@ class Comparison:
                 config.correlation, home.correlation if forgiven else 0.0
             )
             times = misfit(match, config)
+            if forgiven and self._away(tools.template, match) and times > _ELSEWHERE:
+                continue
             if likely and times < least and misfit(match, config, forgiven) < 1:
                 best, least = _Outcome(match, True), times
                 if times < _GOOD:
@@ -215,29 +225,43 @@ class Comparison:
     def _allowed(self, template: Template, match: Match) -> bool:
         """Whether a component may be where it matches."""
         tolerance, place = self._standard.board.tolerance(template.component), match.place
-        near = np.hypot(*place.shift) <= tolerance.shift
-        return bool(near and abs(place.rotation) <= tolerance.rotation)
+        turned = abs(place.rotation) > tolerance.rotation
+        return not turned and not self._away(template, match)
+
+    def _away(self, template: Template, match: Match) -> bool:
+        """Whether it lies farther off than it may."""
+        tolerance = self._standard.board.tolerance(template.component)
+        return bool(np.hypot(*match.place.shift) > tolerance.shift)
 
     def _disturbance(self, template: Template, outcome: _Outcome) -> _Area:
         """Where the picture differs because of a component: its place, and where it is now."""
         standard, component = self._standard, template.component
-        left, top, right, bottom = template.box
+        hull = self._hull(component)
+        left, top = np.minimum(template.box[:2], hull.min(axis=0))
+        right, bottom = np.maximum(template.box[2:], hull.max(axis=0) + 1)
         if outcome.fits:
             shift, rotation = outcome.match.place.shift, outcome.match.place.rotation
             x, y = component.x + shift[0], component.y + shift[1]
             there = replace(component, x=x, y=y, rotation=component.rotation + rotation)
-            corners = silhouette(there, standard.pattern.camera, standard.T_camera_board)
-            hull = np.rint(corners[:, 0]).astype(np.int32)
+            hull = self._hull(there)
             left, top = np.minimum((left, top), hull.min(axis=0))
             right, bottom = np.maximum((right, bottom), hull.max(axis=0) + 1)
         height, width = self._picture.shape
         rows = slice(max(top - _MARGIN_PX, 0), min(bottom + _MARGIN_PX, height))
         columns = slice(max(left - _MARGIN_PX, 0), min(right + _MARGIN_PX, width))
-        mask = (standard.shown.numbers[rows, columns] == template.number).astype(np.uint8)
+        shown, number = standard.shown, template.number
+        own = (shown.numbers[rows, columns] == number) | (shown.solids[rows, columns] == number)
+        mask = own.astype(np.uint8)
         if outcome.fits:
             cv2.fillConvexPoly(mask, hull - [columns.start, rows.start], 1)
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _MARGIN_PX + 1,) * 2)
         return _Area((rows, columns), np.asarray(cv2.dilate(mask, disc), np.uint8))
+
+    def _hull(self, component: Component) -> NDArray[np.int32]:
+        """The corners (n, 2) px of the outline of a component's box."""
+        standard = self._standard
+        corners = silhouette(component, standard.pattern.camera, standard.T_camera_board)
+        return np.asarray(np.rint(corners[:, 0]), np.int32)
 
     def _finding(self, tools: Tools, outcome: _Outcome | None) -> Finding:
         standard, template = self._standard, tools.template

@@ -12,18 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aoicell.board import Tolerance
+from aoicell.inspection.layers import Layer
 from aoicell.inspection.templates import Template
 from aoicell.transforms import Array
 
 Plane = NDArray[np.float32]
 _FREEDOM = 2.0  # times its tolerance a part may be off, one sigma
-_STILL_PX = 0.06  # a step so small is exact enough without another
+_STILL_PX = 0.1  # a step so small is exact enough without another
 _TURN_LIMIT = 0.1  # rad a step
 _DISBELIEF = 4.0  # Cauchy: pixels off by two sigma count half,
 _CREDIT = 400.0  # at first by twenty: an edge that is still off has to pull
+_RIM_SHARE = 0.15  # of the slopes about a part, where it is not known what stays and what moves
 _PRINT = 60.0  # grey values a pixel: print is no steeper
-_PATIENCE, _HOPELESS = 3, 3.0  # after so many steps, half of the pixels off by so many sigma
+_PATIENCE, _HOPELESS = 1, 3.0  # after so many steps, half of the pixels off by so many sigma
 APART_PX = 1.5  # farther from its place, a part has other surroundings
+_WORST, _FEWEST_WORST = (
+    0.05,
+    4,
+)  # share and number of pixels whose misfit counts as a mark on a part
 _WHITE = 250.0  # grey values: from here on a sensor tells no more
 _DARK = 5.0  # grey values: below that noise falls no more
 
@@ -34,19 +40,18 @@ class NoiseConfig:
 
     Grey noise is measured in each pair of pictures, and grows with the light as shot noise does.
     Beside that: an edge may lie `edge_px` off (resampling, outlines of parts of another lot), and a
-    surface differ by `texture` of its brightness from the rest of its component. Where a part has
-    moved, the print about it stays behind, and what is seen through a hollow part by the
-    share `seen_through`; farther off, the board that blurs into its edges is unknown to
-    `background` grey values. Of the slopes on the rim about a part, most belong to pads and print,
-    which stay: `rim_share` moves along. Between lots and lights, a component's brightness differs
-    by `gain`, and by `offset` grey values and `gloss` of its brightest (its reflections).
+    surface differ by `texture` of its brightness from the rest of its component. What a part that
+    moved has laid bare is known to `bared` grey values; farther off, the board that blurs into its
+    edges to `background`. Of what is seen through a hollow part, a share `seen_through` stays
+    behind. Between lots and lights, a component's brightness differs by `gain`, and by `offset`
+    grey values and `gloss` of its brightest (its reflections).
     """
 
     edge_px: float = 0.12
     texture: float = 0.03
+    bared: float = 10.0
     background: float = 4.0
     seen_through: float = 0.4
-    rim_share: float = 0.15
     gain: float = 0.08
     offset: float = 3.0
     gloss: float = 0.04
@@ -68,9 +73,10 @@ class Match:
     of its grey values, and what is left over in each pixel of its template, in sigma (n,), 0 where
     none was `asked`.
 
+    Of these, `rms` is over all that were asked, and `worst` the mean of the worst twentieth.
     `moved_px` is how far it is from its place in the picture, turn included; `settled` whether the
     search came to rest; `strain` how unusual gain and offset are, in sigma; `used` the share of
-    its pixels that were asked; `correlation` that of the grey values with the reference's.
+    its pixels that were asked; `seen` and `values` the grey values (n,) there and in the reference.
     """
 
     place: Place
@@ -83,26 +89,39 @@ class Match:
     settled: bool
     strain: float
     used: float
-    correlation: float
+    rms: float
+    worst: float
+    seen: Array
+    values: Array
+
+    @property
+    def correlation(self) -> float:
+        """Of the grey values with the reference's."""
+        a, b = self.seen - self.seen.mean(), self.values - self.values.mean()
+        return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b) + 1e-9))
 
 
 class Matcher:
     """A template ready to be matched; made once for a reference."""
 
-    def __init__(self, template: Template, tolerance: Tolerance, config: NoiseConfig) -> None:
-        self.template, self._config = template, config
-        t = template
-        self._arms = (t.uv - t.centre_px) @ np.linalg.inv(t.D).T  # in the board's plane (m)
-        turning = np.column_stack([-self._arms[:, 1], self._arms[:, 0]]) @ t.D.T
-        slopes = t.slopes * np.where(t.inside, 1.0, config.rim_share)[:, None]
-        self._A = np.column_stack(
-            [-(slopes @ t.D), -(slopes * turning).sum(axis=1), t.values, np.ones(len(t.uv))]
-        )
-        self._reach_px = float(np.sqrt((turning**2).sum(axis=1).mean()))
+    def __init__(
+        self, template: Template, layer: Layer, tolerance: Tolerance, config: NoiseConfig
+    ) -> None:
+        self.template, self._layer, self._config = template, layer, config
+        t, edge = template, layer.edge
+        self._turning = np.column_stack([-t.arms[:, 1], t.arms[:, 0]]) @ t.D.T
+        static = ~t.inside & ~edge
+        slopes = t.slopes * np.where(static, _RIM_SHARE, 1.0)[:, None]
+        slopes[edge] = layer.slopes()
+        self._A = np.column_stack([*self._motion(slopes), t.values, np.ones(len(t.uv))])
+        self._reach_px = float(np.sqrt((self._turning**2).sum(axis=1).mean()))
         self._steep = (t.slopes**2).sum(axis=1)
         self._surface = (config.texture * t.values) ** 2 + t.spread**2
-        self._unknown = np.where(t.core, 0.0, config.background) ** 2
-        self._through = config.seen_through if t.hollow else 0.0
+        self._unknown = np.where(t.core | edge, 0.0, config.background) ** 2
+        self._unknown[static] = np.inf
+        lag = np.where(static, 1.0, config.seen_through * t.hollow)
+        self._lag = lag**2 * np.where(static, np.minimum(self._steep, _PRINT**2), self._steep)
+        self._lag[edge] = (config.bared * (1 - layer.alphas)) ** 2
         # what the pixels do not tell, as the shift of a bar along itself, stays near the place
         offset = config.offset + config.gloss * float(np.percentile(t.values, 90))
         self._sigmas = np.array(
@@ -111,42 +130,36 @@ class Matcher:
         )  # fmt: skip
 
     def at(
-        self, picture: Plane, place: Place, noise: float, steps: int = 6,
+        self, picture: Plane, place: Place, noise: float, steps: int = 5,
         ignored: NDArray[np.bool_] | None = None, moved: bool = False,
     ) -> Match:  # fmt: skip
         """The match near a place, after so many `steps` at most; `noise`: variance a grey value.
 
         Template pixels that are `ignored` (n,) do not count, their z is 0. One that has `moved`
-        from its place may be covered in part: what disagrees counts little in where it is, and
-        what is around it has no say in whether it is the one.
+        from its place may be covered in part: what disagrees counts little in where it is.
         """
-        t, A = self.template, self._A
+        t = self.template
         counted = np.ones(len(t.uv), bool) if ignored is None else ~ignored
         grey = self._surface + noise * (t.values + _DARK)
         shift, turn = np.array(place.shift), place.rotation
         limit = 2 / np.sqrt(abs(np.linalg.det(t.D)))  # two pixels a step
         belief = np.ones(len(t.uv))
         for step in range(steps + 1):
-            gone = np.hypot(*(t.D @ shift)) + abs(turn) * self._reach_px
-            apart = moved and gone > APART_PX
-            lag = np.where(t.inside, self._through, 0.0 if apart else 1.0) * min(gone, APART_PX)
-            steep = np.where(t.inside, self._steep, np.minimum(self._steep, _PRINT**2))
-            edge_px = self._config.edge_px * (2 if apart else 1)  # resampled twice
-            edges = self._steep * edge_px**2 + steep * lag**2
-            plain = counted / (grey + edges + (self._unknown if apart else 0.0))
-            if apart:
-                plain[~t.inside] = 0
-            seen = self.sampled(picture, Place((shift[0], shift[1]), turn))
-            r = seen - t.values
-            dazzled = np.minimum(seen, t.values) > _WHITE
-            plain[dazzled] = 0
+            gone = self._gone(shift, turn)
+            here = Place((float(shift[0]), float(shift[1])), turn)
+            A, seen, values = self._expected(picture, here, gone > APART_PX)
+            r = seen - values
+            edges = self._steep * self._config.edge_px**2
+            if gone > APART_PX:  # resampled twice, and with other surroundings
+                edges = 4 * edges + self._unknown
+            plain = counted / (grey + edges + self._lag * min(gone, APART_PX) ** 2)
+            plain[np.minimum(seen, t.values) > _WHITE] = 0
             weights = plain * belief
             inverse = np.linalg.inv((A * weights[:, None]).T @ A + np.diag(self._sigmas**-2))
             gone_by = shift - place.shift, turn - place.rotation
             back = np.array([*(_turned(turn).T @ gone_by[0]), gone_by[1], 0, 0]) / self._sigmas**2
             x = inverse @ (A.T @ (weights * r) - back)
-            step_px = float(np.hypot(*(t.D @ x[:2])) + abs(x[2]) * self._reach_px)
-            settled = step_px < _STILL_PX
+            settled = self._gone(x[:2], x[2]) < _STILL_PX
             move = x[:2] * min(1.0, limit / (np.hypot(*x[:2]) + 1e-12))
             shift = shift + _turned(turn) @ move
             turn += float(np.clip(x[2], -_TURN_LIMIT, _TURN_LIMIT))
@@ -159,29 +172,54 @@ class Matcher:
         asked = plain > 0
         count = max(int(asked.sum()), 1)
         scale = max(float((z**2).sum() / count), 1.0)
+        moved_px = self._gone(shift, turn)
         turn = float((turn + np.pi) % (2 * np.pi) - np.pi)
         strain = float(np.hypot(*(x[3:] / self._sigmas[3:])))
-        moved_px = float(np.hypot(*(t.D @ shift)) + abs(turn) * self._reach_px)
         return Match(
             Place((float(shift[0]), float(shift[1])), turn), inverse[:3, :3] * scale,
             1 + float(x[3]), float(x[4]), z, asked, moved_px, settled, strain, count / len(z),
-            _correlation(r + t.values, t.values),
+            *leftover(z[asked]), r + t.values, t.values,
         )  # fmt: skip
 
-    def sampled(self, picture: Plane, place: Place) -> Array:
-        """Grey values (n,) of a picture where the template's pixels are with it at a place."""
-        t = self.template
+    def _gone(self, shift: Array, turn: float) -> float:
+        """How far (px) the component's pixels move."""
+        return float(np.hypot(*(self.template.D @ shift)) + abs(turn) * self._reach_px)
+
+    def _expected(self, picture: Plane, place: Place, apart: bool) -> tuple[Array, Array, Array]:
+        """The Jacobian (n, 5), what is seen of the component at a place, and what should be."""
+        t, layer = self.template, self._layer
         if place == Place():
             at = t.uv.astype(int)
-            return np.asarray(picture[at[:, 1], at[:, 0]], float)
-        uv = self._arms @ _turned(place.rotation).T + place.shift
-        at = (uv @ t.D.T + t.centre_px).astype(np.float32)
-        return np.asarray(cv2.remap(picture, at[:, :1], at[:, 1:], cv2.INTER_CUBIC)[:, 0], float)
+            return self._A, np.asarray(picture[at[:, 1], at[:, 0]], float), t.values
+        uv = self._carried(place)
+        seen = np.asarray(cv2.remap(picture, uv[:, :1], uv[:, 1:], cv2.INTER_CUBIC)[:, 0], float)
+        A, values, behind = self._A, t.values.copy(), layer.behind(uv[layer.edge])
+        values[layer.edge] = layer.values(behind)
+        if apart and len(behind):
+            slopes = t.slopes.copy()
+            slopes[layer.edge] = layer.slopes(behind)
+            A = np.column_stack([*self._motion(slopes), values, np.ones(len(values))])
+        return A, seen, values
+
+    def _motion(self, slopes: Array) -> tuple[Array, Array]:
+        """How grey values of such slopes (n, 2) change with shift (n, 2) and turn (n,)."""
+        return -(slopes @ self.template.D), -(slopes * self._turning).sum(axis=1)
+
+    def _carried(self, place: Place) -> NDArray[np.float32]:
+        """Where (n, 2) the template's pixels go with it."""
+        t = self.template
+        arms = t.arms @ _turned(place.rotation).T + place.shift
+        return np.asarray(t.uv + (arms - t.arms) @ t.D.T, np.float32)
 
 
-def _correlation(a: Array, b: Array) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b) + 1e-9))
+def leftover(z: Array) -> tuple[float, float]:
+    """What is left over in some pixels, in sigma: rms, and the mean of the worst; inf of none."""
+    if not len(z):
+        return np.inf, np.inf
+    squares = z**2
+    count = min(max(int(_WORST * len(z)), _FEWEST_WORST), len(z))
+    worst = np.sqrt(np.partition(squares, -count)[-count:]).mean()
+    return float(np.sqrt(squares.mean())), float(worst)
 
 
 def _turned(angle: float) -> Array:

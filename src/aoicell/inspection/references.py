@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from aoicell.camera import Camera
 from aoicell.errors import InputError
+from aoicell.inspection.virtual_picture import Drawing
 from aoicell.observation import Image
 from aoicell.transforms import SE3
 
@@ -14,8 +15,8 @@ class Reference:
 
     `T_camera_board` is the board in the first picture as the calibration estimates it; the others
     may lie a little off it. `virtual`: one picture, drawn from the design by a `Renderer`, whose
-    grey values are nobody's: edges are compared instead. `bare`: a virtual picture of the board
-    with nothing on it, of that pose: what a missing part uncovers.
+    grey values are nobody's: edges are compared instead. `drawing`: the design as drawn for
+    the first picture: the shapes of its components, and what a missing one uncovers.
     """
 
     view: str
@@ -23,7 +24,7 @@ class Reference:
     T_camera_board: SE3
     camera: Camera
     virtual: bool = False
-    bare: Image | None = None
+    drawing: Drawing | None = None
 
     def __post_init__(self) -> None:
         if not self.images:
@@ -33,7 +34,7 @@ class Reference:
                 f"reference {self.view}: {len(self.images)} virtual images are alike; give one"
             )
         wanted = (self.camera.height, self.camera.width)
-        bare = {} if self.bare is None else {"the bare board": self.bare}
+        bare = {} if self.drawing is None else {"the drawing": self.drawing.bare}
         pictures = {f"picture {n}": image for n, image in enumerate(self.images, start=1)} | bare
         for name, image in pictures.items():
             if image.shape != wanted:

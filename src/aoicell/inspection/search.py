@@ -37,15 +37,20 @@ class Search:
     def __init__(self, template: Template, smooth: Plane, config: SearchConfig) -> None:
         """`smooth` is the reference's picture, as `smoothed` makes it."""
         self._t, self._config = template, config
-        keep = np.linspace(0, len(template.uv) - 1, min(config.pixels, len(template.uv)))
-        uv = template.uv[keep.astype(int)]
+        own = template.uv[template.inside]  # what is about it stays where it is
+        keep = np.linspace(0, len(own) - 1, min(config.pixels, len(own)))
+        uv = own[keep.astype(int)]
         self._arms = (uv - template.centre_px) @ np.linalg.inv(template.D).T
         values = smooth[uv[:, 1].astype(int), uv[:, 0].astype(int)].astype(float)
         values -= values.mean()
         self._values = (values / (np.linalg.norm(values) + 1e-9)).astype(np.float32)
 
-    def places(self, smooth: Plane, around: float, most_turn: float = np.pi) -> list[Place]:
-        """The best places in a smoothed picture, shifted `around` (m) at most, or turned."""
+    def places(
+        self, smooth: Plane, around: float, most_turn: float = np.pi, least: float = 0.0
+    ) -> list[Place]:
+        """The best places in a smoothed picture, shifted `around` (m) at most, or turned; shifted
+        `least` (m) at least.
+        """
         config = self._config
         scale = float(np.sqrt(abs(np.linalg.det(self._t.D))))
         slid = _grid(around, config.step_px / scale)
@@ -56,8 +61,11 @@ class Search:
             [np.column_stack([slid, np.zeros(len(slid))])]
             + [np.column_stack([near, np.full(len(near), turn)]) for turn in turns]
         )
-        score = self._correlation(smooth, tries)
+        tries = tries[np.hypot(tries[:, 0], tries[:, 1]) >= least]
         found: list[Place] = []
+        if not len(tries):
+            return found
+        score = self._correlation(smooth, tries)
         for index in np.argsort(-score):
             x, y, turn = tries[index]
             if all(self._apart(tries[index], other, scale) for other in found):

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from aoicell.board import BoardDesign, Component
 from aoicell.camera import Camera
+from aoicell.inspection.virtual_picture import BEYOND, Drawing
 from aoicell.transforms import SE3, Array, apply
 
 BARE, MARKER, NOTHING = -1, -2, -3  # in place of a component's number
+HOLLOW = ("dimm_module", "heatsink")
 _GRID_PX = 16  # the lens bends so little within it that rays may be interpolated
 _EDGES = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
@@ -27,6 +29,8 @@ class Shown:
 
     `shares` (N,): what is seen of each component's whole outline, hidden parts and those beyond
     the picture's edge taken off; `hidden_by` (N,): the number of what covers most of it, or -1;
+    `solids` (H, W): the same numbers where hollow parts are no boxes but let through what is
+    behind them;
     `boxes` (N, 4): left, top, right, bottom (px, exclusive) of what is seen, zeros for nothing.
     """
 
@@ -35,15 +39,21 @@ class Shown:
     tops: NDArray[np.bool_]
     shares: Array
     hidden_by: NDArray[np.int16]
+    solids: NDArray[np.int16]
     boxes: NDArray[np.intp]
 
 
-def shown_by(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> Shown:
-    """What a picture of the board at that pose shows where."""
+def shown_by(
+    board: BoardDesign, camera: Camera, T_camera_board: SE3, drawing: Drawing | None = None
+) -> Shown:
+    """What a picture of the board at that pose shows where: by its components' boxes, or by a
+    drawing of their solids at that pose.
+    """
     rays, origin = _rays(camera, T_camera_board)
     shape = (camera.height, camera.width)
     heights = np.zeros(shape, np.float32)
-    numbers = _flat(board, origin, rays)
+    flat = _flat(board, origin, rays)
+    numbers = flat.copy()
     tops = np.ones(shape, bool)
     nearest = (-origin[2] / rays[..., 2]).astype(np.float32)
     whole, owned = np.zeros(len(board.components)), {}
@@ -66,10 +76,33 @@ def shown_by(board: BoardDesign, camera: Camera, T_camera_board: SE3) -> Shown:
         others = numbers[window][covers & (numbers[window] != number)]
         if (others >= 0).any():
             hidden_by[number] = np.bincount(others[others >= 0]).argmax()
+    solids = numbers
+    if drawing is not None:
+        solids = np.where(drawing.numbers >= 0, drawing.numbers, numbers)
+        numbers, heights, tops = _drawn(board, drawing, flat, numbers, heights, tops)
     boxes = np.array([_seen(numbers, number, owned) for number in range(len(whole))])
     return Shown(
-        numbers, heights, tops, np.minimum(seen / whole, 1.0), hidden_by, boxes.reshape(-1, 4)
+        numbers,
+        heights,
+        tops,
+        np.minimum(seen / whole, 1.0),
+        hidden_by,
+        solids,
+        boxes.reshape(-1, 4),
     )
+
+
+def _drawn(
+    board: BoardDesign, drawing: Drawing, flat: NDArray[np.int16], numbers: NDArray[np.int16],
+    heights: NDArray[np.float32], tops: NDArray[np.bool_],
+) -> tuple[NDArray[np.int16], NDArray[np.float32], NDArray[np.bool_]]:  # fmt: skip
+    """Numbers, heights and upper sides with the solids in place of the boxes."""
+    known, solid = drawing.numbers != BEYOND, drawing.numbers >= 0
+    hollow = [number for number, c in enumerate(board.components) if c.kind in HOLLOW]
+    known &= ~np.isin(numbers, hollow) & ~np.isin(drawing.numbers, hollow)
+    exact = np.where(known, np.where(solid, drawing.numbers, flat), numbers)
+    high = np.where(known, np.where(solid, drawing.heights, np.float32(0)), heights)
+    return exact, high, np.where(exact == numbers, tops, exact < 0)
 
 
 def _seen(

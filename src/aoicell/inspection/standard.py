@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import cv2
@@ -9,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aoicell.board import BoardDesign
-from aoicell.inspection.absence import Absence, AbsenceConfig, BareBoard, bare_board
+from aoicell.inspection.absence import Absence, AbsenceConfig
 from aoicell.inspection.anchoring import anchored
+from aoicell.inspection.bare import bare_board
 from aoicell.inspection.foreign import Foreign, ForeignConfig
+from aoicell.inspection.layers import Layer
 from aoicell.inspection.matching import Matcher, NoiseConfig, Plane
 from aoicell.inspection.references import Reference
 from aoicell.inspection.registration import (
@@ -24,6 +27,7 @@ from aoicell.inspection.search import Search, SearchConfig, smoothed
 from aoicell.inspection.shown import BARE, Shown, shown_by
 from aoicell.inspection.templates import Template, TemplateConfig, templates_of
 from aoicell.inspection.verdicts import VerdictConfig
+from aoicell.inspection.virtual_picture import BEYOND, Drawing
 from aoicell.inspection.warping import Warp, on_plane
 from aoicell.transforms import SE3
 
@@ -86,15 +90,21 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
     grey, camera = reference.images[0], reference.camera
     shown = shown_by(board, camera, reference.T_camera_board)
     T = anchored(grey, board, camera, reference.T_camera_board, shown)
-    shown = shown_by(board, camera, T)
+    drawing = _drawing(reference, T)
+    shown = shown_by(board, camera, T, drawing)
     pattern = pattern_of(grey, shown, camera, T, config.registration)
     warp = Warp(camera, T, shown)
     mean, spread = _golden(reference, pattern, warp)
     templates = templates_of(mean, spread, shown, board, camera, T, config.template)
-    smooth, bare = smoothed(mean), _bare(reference, mean, shown, T)
+    smooth = smoothed(mean)
+    bare = bare_board(drawing, mean, shown) if drawing else None
     tools = {
         id: Tools(
-            template, Matcher(template, board.tolerance(template.component), config.noise),
+            template,
+            Matcher(
+                template, Layer(template, mean, bare, shown),
+                board.tolerance(template.component), config.noise,
+            ),
             Search(template, smooth, config.search),
             Absence(template, shown, config.absence, bare),
         )
@@ -104,20 +114,26 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
     return Standard(reference.view, board, mean, shown, T, pattern, warp, tools, foreign, config)
 
 
-def _bare(reference: Reference, mean: Plane, shown: Shown, T: SE3) -> BareBoard | None:
-    """The picture of the bare board, moved to where the design lies in the reference."""
-    if reference.bare is None:
+def _drawing(reference: Reference, T: SE3) -> Drawing | None:
+    """The drawing, moved to where the design lies in the reference."""
+    drawn, camera = reference.drawing, reference.camera
+    if drawn is None:
         return None
-    camera = reference.camera
     u, v = np.meshgrid(np.linspace(0, camera.width, 7), np.linspace(0, camera.height, 7))
     uv = np.column_stack([u.ravel(), v.ravel()])
     drawn_at = camera.project(on_plane(uv, 0.0, camera, T), reference.T_camera_board)
     H, _ = cv2.findHomography(uv, drawn_at)
     size = (camera.width, camera.height)
-    drawn = cv2.warpPerspective(
-        reference.bare, H, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+
+    def carried(plane: NDArray[Any], how: int, border: int = 0) -> NDArray[Any]:
+        flags = how | cv2.WARP_INVERSE_MAP
+        return cv2.warpPerspective(plane, H, size, flags=flags, borderValue=(border,))
+
+    return Drawing(
+        carried(drawn.bare, cv2.INTER_LINEAR),
+        carried(drawn.numbers, cv2.INTER_NEAREST, BEYOND),
+        carried(drawn.heights, cv2.INTER_NEAREST),
     )
-    return bare_board(np.asarray(drawn, np.float32), mean, shown)
 
 
 def _golden(reference: Reference, pattern: Pattern, warp: Warp) -> tuple[Plane, Plane]:

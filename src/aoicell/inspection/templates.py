@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from aoicell.board import BoardDesign, Component
 from aoicell.camera import Camera
 from aoicell.inspection.findings import Box
-from aoicell.inspection.shown import BARE, Shown
+from aoicell.inspection.shown import BARE, HOLLOW, Shown
+from aoicell.inspection.warping import on_plane
 from aoicell.transforms import SE3, Array
 
 Plane = NDArray[np.float32]
-HOLLOW = ("dimm_module", "heatsink")
 MOSTLY = 0.4  # share of a component that is seen of one that hardly anything stands on
 _BLUR_PX = 1.5  # so far a border is blurred
 _BORDER_PX = 2.5  # so far from a neighbour that is in its place to less than a pixel
@@ -44,17 +44,19 @@ class TemplateConfig:
 
 @dataclass(frozen=True)
 class Template:
-    """A component, and its number in the board's list, as the reference shows it in n pixels, which
-    are the share `visible` of its outline.
+    """A component, its number in the board's list and that of its carrier (BARE: the board), as
+    the reference shows it in n pixels, which are the share `visible` of its outline.
 
     `uv` (n, 2); grey `values`, their `slopes` (n, 2) and their `spread` (n,) over good boards;
     `inside` (n,) is false on the rim, `core` (n,) true where no border is near.
+    `arms` (n, 2): from its middle to what a pixel shows, in the board's plane (m).
     `centre_px` is the middle of its upper side, `D` (2, 2) the pixels that it moves by a metre
     along the board's x and y.
     """
 
     component: Component
     number: int
+    carrier: int
     box: Box
     visible: float
     uv: NDArray[np.float32]
@@ -63,6 +65,7 @@ class Template:
     spread: Array
     inside: NDArray[np.bool_]
     core: NDArray[np.bool_]
+    arms: Array
     centre_px: Array
     D: Array
 
@@ -80,13 +83,14 @@ def templates_of(
     slopes = np.dstack(
         [cv2.Sobel(mean, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in ((1, 0), (0, 1))]
     )
+    numbers = {component.id: number for number, component in enumerate(board.components)}
     found = {}
     for number, component in enumerate(board.components):
         D, centre_px = _scale(component, camera, T_camera_board)
         window = _window(shown, number, config.rim_px)
         if window is None or shown.shares[number] < config.least_share:
             continue
-        mask, depth = _evidence(shown, window, number, board, config)
+        mask, depth, heights = _evidence(shown, window, number, board, config)
         if board.tolerance(component).rotation >= np.pi:
             disc = _round(component, window, centre_px, D)
             mask, depth = mask & disc, depth * disc
@@ -99,12 +103,13 @@ def templates_of(
         inside, core = depth[rows, columns] > 0, depth[rows, columns] > _BLUR_PX
         at = (rows + window[0].start, columns + window[1].start)
         found[component.id] = Template(
-            component, number,
+            component, number, numbers.get(component.on, BARE),
             (window[1].start, window[0].start, window[1].stop, window[0].stop),
             float(shown.shares[number] * (depth[mask] > 0).sum() / seen),
             np.column_stack([at[1], at[0]]).astype(np.float32),
             mean[at].astype(float), slopes[at].astype(float), spread[at].astype(float),
-            inside, core if core.sum() >= config.least_px else inside, centre_px, D,
+            inside, core if core.sum() >= config.least_px else inside,
+            _arms(component, at, heights[rows, columns], camera, T_camera_board), centre_px, D,
         )  # fmt: skip
     return found
 
@@ -130,6 +135,17 @@ def _scale(component: Component, camera: Camera, T: SE3) -> tuple[Array, Array]:
     return (uv[1:] - uv[0]).T / step, uv[0]
 
 
+def _arms(
+    component: Component, at: tuple[NDArray[np.intp], NDArray[np.intp]], heights: Plane,
+    camera: Camera, T: SE3,
+) -> Array:  # fmt: skip
+    """From a component's middle to what rows and columns show at those heights (m), (n, 2)."""
+    uv = np.column_stack([at[1], at[0]]).astype(float)
+    low, high = (on_plane(uv, z, camera, T)[:, :2] for z in (0.0, 1.0))
+    xy = low + (high - low) * heights[:, None]  # straight along the ray
+    return np.asarray(xy - [component.x, component.y], float)
+
+
 def _window(shown: Shown, number: int, margin: int) -> tuple[slice, slice] | None:
     """Rows and columns that hold what is seen of a component, with a margin."""
     left, top, right, bottom = (int(edge) for edge in shown.boxes[number])
@@ -145,8 +161,10 @@ def _window(shown: Shown, number: int, margin: int) -> tuple[slice, slice] | Non
 def _evidence(
     shown: Shown, window: tuple[slice, slice], number: int, board: BoardDesign,
     config: TemplateConfig,
-) -> tuple[NDArray[np.bool_], Plane]:  # fmt: skip
-    """The pixels of a window (h, w) that tell of a component, and how deep (px) in it they lie."""
+) -> tuple[NDArray[np.bool_], Plane, Plane]:  # fmt: skip
+    """The pixels of a window (h, w) that tell of a component, how deep (px) in it they lie, and
+    how high (m) what they show of it is: about it, its edge.
+    """
     pad = 16  # neighbours just outside the window count as well
     wide = tuple(
         slice(max(s.start - pad, 0), min(s.stop + pad, size))
@@ -172,7 +190,11 @@ def _evidence(
     inner = tuple(
         slice(s.start - w.start, s.stop - w.start) for s, w in zip(window, wide, strict=True)
     )
-    return allowed[inner], _distance(own)[inner]
+    _, nearest = cv2.distanceTransformWithLabels(
+        (~own).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    heights = np.append(0, shown.heights[wide][own]).astype(np.float32)[nearest]
+    return allowed[inner], _distance(own)[inner], heights[inner]
 
 
 def _distance(mask: NDArray[np.bool_]) -> Plane:

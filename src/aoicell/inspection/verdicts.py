@@ -7,10 +7,10 @@ from scipy.special import ndtr
 
 from aoicell.board import Tolerance
 from aoicell.inspection.findings import Finding, State
-from aoicell.inspection.matching import Match
+from aoicell.inspection.matching import Match, leftover
 from aoicell.inspection.templates import Template
 
-_WORST = 0.05  # share of the pixels whose misfit counts as a mark on a part
+_FORGIVEN_STRAIN = 2.0  # times, of what was found elsewhere: in other light, on another ground
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,12 @@ def misfit(match: Match, config: VerdictConfig, forgiven: float = 0.0) -> float:
 
     The worst pixels, a share `forgiven`, are left out.
     """
-    asked = np.abs(match.z[match.asked])
-    if not len(asked):
-        return np.inf
-    if forgiven:
-        asked = np.sort(asked)[: max(int((1 - forgiven) * len(asked)), 1)]
-    count = max(int(_WORST * len(asked)), 4)
-    worst = float(np.partition(asked, -min(count, len(asked)))[-count:].mean())
-    rms = float(np.sqrt(np.mean(asked**2)))
-    return max(rms / config.rms, worst / config.worst, match.strain / config.strain)
+    rms, worst = match.rms, match.worst
+    if forgiven and match.asked.any():
+        asked = np.sort(np.abs(match.z[match.asked]))
+        rms, worst = leftover(asked[: max(int((1 - forgiven) * len(asked)), 1)])
+    strain = match.strain / (config.strain * (_FORGIVEN_STRAIN if forgiven else 1.0))
+    return max(rms / config.rms, worst / config.worst, strain)
 
 
 def placed(

@@ -62,9 +62,9 @@ class Warp:
         """Values (H, W) from those at the nodes: by polynomials to a grid, linear between."""
         height, width = self._shape
         grid = np.asarray(_basis(height) @ nodes @ _basis(width).T, np.float32)
-        finer = np.array([[1 / _STEP_PX, 0, 0], [0, 1 / _STEP_PX, 0]])
-        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        return np.asarray(cv2.warpAffine(grid, finer, (width, height), flags=flags), np.float32)
+        finer = cv2.resize(grid, None, fx=_STEP_PX, fy=_STEP_PX, interpolation=cv2.INTER_LINEAR)
+        inner = (slice(_STEP_PX, _STEP_PX + height), slice(_STEP_PX, _STEP_PX + width))
+        return np.asarray(finer[inner], np.float32)
 
 
 def on_plane(uv_px: Array, z: float, camera: Camera, T_camera_board: SE3) -> Array:
@@ -82,9 +82,11 @@ def _at_nodes(size: int) -> Array:
 
 @cache
 def _basis(size: int) -> Plane:
-    """From values at the nodes to those at every so many pixels, (steps, nodes)."""
+    """From values at the nodes to those at the middles of every so many pixels, (steps, nodes),
+    one step more at either end.
+    """
     fit = np.linalg.inv(chebvander(chebpts1(_NODES), _NODES - 1))
-    pixels = np.arange(0, size + _STEP_PX, _STEP_PX)
+    pixels = _STEP_PX * (np.arange(-(-size // _STEP_PX) + 2) - 0.5) - 0.5
     return np.asarray(chebvander(2 * pixels / (size - 1) - 1, _NODES - 1) @ fit, np.float32)
 
 

@@ -59,17 +59,17 @@ def add_board(
         id, tone = component.id, surfaces.brightness.get(component.id, 1.0)
         parts = mounted(present, component, solids[id], surfaces.heights)
         for index, part in enumerate(parts):
+            name = f"{id}_{index}"
             if part.printed:
                 image = _toned(label_image(component), tone)
                 half = part.half_size
                 T_board_face = _pose(part) * translation(z=half[2])
                 size = (2 * half[0], 2 * half[1], 2 * half[2])
-                name = f"{id}_{index}"
                 add_printed_plate(
                     spec, body, name, image, size, T_board_face, LABEL, collides=False
                 )
             else:
-                _add_part(body, part, tone)
+                _add_part(body, part, name, tone)
     for design in board.markers:
         T_board_marker = Ts_board_marker[design.id]
         scale = print_scales.get(design.id, (1.0, 1.0))
@@ -170,11 +170,11 @@ def _pose(part: Part) -> SE3:
     return from_xyz_rpy(part.centre, [0, 0, part.yaw])
 
 
-def _add_part(body: mujoco.MjsBody, part: Part, tone: float) -> None:
+def _add_part(body: mujoco.MjsBody, part: Part, name: str, tone: float) -> None:
     half = part.half_size
     rgba = [*np.clip(np.array(part.rgba[:3]) * tone, 0, 1), part.rgba[3]]
     geom = body.add_geom(
-        type=_SHAPES[part.shape],
+        name=name, type=_SHAPES[part.shape],
         size=(half[0], half[2], 0) if part.shape == "cylinder" else half,
         rgba=rgba, material=part.finish, group=2, contype=0, conaffinity=0, mass=0,
     )  # fmt: skip

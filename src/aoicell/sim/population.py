@@ -157,11 +157,6 @@ def populated(
     )
 
 
-def empty(board: BoardDesign) -> Population:
-    """The board with nothing on it."""
-    return Population(board, replace(board, components=()), {}, {}, {}, ())
-
-
 def _by_component(board: BoardDesign, defects: Sequence[Defect]) -> dict[str, Defect]:
     by_id: dict[str, Defect] = {}
     for defect in defects:

@@ -80,7 +80,7 @@ def add_printed_plate(
     width, height, thickness = size
     top = 0.0 if face.plain else _add_face(spec, body, name, (width, height), T, face)
     geom = body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, size=[width / 2, height / 2, thickness / 2],
+        name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=[width / 2, height / 2, thickness / 2],
         rgba=[1, 1, 1, 1], group=1, mass=0, contype=int(collides), conaffinity=int(collides),
     )  # fmt: skip
     if face.plain:

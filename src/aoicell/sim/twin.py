@@ -2,13 +2,13 @@
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from aoicell.nominal import Nominal
 from aoicell.observation import Image
 from aoicell.planning.meshes import BoardMesh
 from aoicell.sim.as_built import Light, designed, plain_surfaces
 from aoicell.sim.backend import make_renderer
-from aoicell.sim.population import empty
 from aoicell.sim.scene import ARM, build_model, optical_to_mujoco, visible
 from aoicell.transforms import SE3, to_quat_wxyz
 
@@ -19,18 +19,18 @@ class NominalTwin:
     The camera stands free; arm, cameras and tripod are left out, so nothing hides the board.
     """
 
-    def __init__(self, nominal: Nominal, part: BoardMesh | None = None, bare: bool = False) -> None:
-        """With a part, a mesh lies where the board would; a bare board has no components."""
+    def __init__(self, nominal: Nominal, part: BoardMesh | None = None) -> None:
+        """With a part, a mesh lies where the board would."""
         self._nominal = nominal
         camera = nominal.cameras["hand"]
         pinhole = (camera.width, camera.height, camera.focal_px)
         self._model = build_model(nominal, designed(nominal), {"hand": pinhole, "tripod": pinhole},
-            Light(), plain_surfaces(), population=empty(nominal.board) if bare else None,
-            part=part)  # fmt: skip
+            Light(), plain_surfaces(), part=part)  # fmt: skip
         self._data = mujoco.MjData(self._model)
         self._camera = self._model.camera("hand").id
         self._model.cam_bodyid[self._camera] = 0
         self._hide_robot()
+        self._shows = self._components()
         self._renderer = make_renderer(self._model, camera.width, camera.height)
 
     def _hide_robot(self) -> None:
@@ -39,8 +39,46 @@ class NominalTwin:
             if name.startswith(ARM) or name in ("hand", "armtarget", "bracket", "tripod"):
                 self._model.geom_rgba[geom, 3] = 0
 
+    def _components(self) -> NDArray[np.int16]:
+        """For each geom, and after them for none, the number of its component, -1 for others."""
+        numbers = {c.id: number for number, c in enumerate(self._nominal.board.components)}
+        names = [self._model.geom(geom).name for geom in range(self._model.ngeom)]
+        shown = [numbers.get(name.rpartition("_")[0], -1) for name in names]
+        return np.array([*shown, -1], np.int16)
+
     def render(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
         """Picture (H, W, 3) from a camera pose, with the board at a given pose; no lens errors."""
+        self._place(T_base_camera, T_base_board)
+        return np.asarray(self._renderer.render(), dtype=np.uint8)
+
+    def bare(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
+        """The same picture of the board without its components."""
+        alpha = self._model.geom_rgba[:, 3]
+        designed = alpha.copy()
+        alpha[self._shows[:-1] >= 0] = 0
+        try:
+            return self.render(T_base_camera, T_base_board)
+        finally:
+            alpha[:] = designed
+
+    def solids(
+        self, T_base_camera: SE3, T_base_board: SE3
+    ) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
+        """For each pixel (H, W) of the picture the number of the component that it shows, -1 for
+        anything else, and how far in front of the camera that is (m, along its axis).
+        """
+        self._place(T_base_camera, T_base_board)
+        renderer = self._renderer
+        renderer.enable_segmentation_rendering()
+        numbers = self._shows[renderer.render()[..., 0]]
+        renderer.disable_segmentation_rendering()
+        renderer.enable_depth_rendering()
+        depths = renderer.render().astype(np.float32)
+        renderer.disable_depth_rendering()
+        return numbers, depths
+
+    def _place(self, T_base_camera: SE3, T_base_board: SE3) -> None:
+        """Set the scene up."""
         T_world_base = self._nominal.T_world_base
         lens, board = optical_to_mujoco(T_world_base * T_base_camera), T_world_base * T_base_board
         self._model.cam_pos[self._camera] = lens.translation
@@ -51,7 +89,6 @@ class NominalTwin:
         mujoco.mj_comPos(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
         self._renderer.update_scene(self._data, self._camera, visible())
-        return np.asarray(self._renderer.render(), dtype=np.uint8)
 
     def close(self) -> None:
         """Free the OpenGL context."""
