@@ -1,8 +1,9 @@
 """Where a component is against the reference, to a fraction of a pixel, and how well it matches.
 
-Gauss-Newton on the grey values of its template (inverse compositional, Baker and Matthews 2004):
-five numbers at once, the shift and the turn in the board's plane, and a gain and an offset of its
-own, held near 1 and 0 by what light and lots do. What is left over is weighed by the noise.
+Gauss-Newton on the grey values of its template (inverse compositional, Baker and Matthews 2004),
+its edges over the board that is behind them: five numbers at once, the shift and the turn in the
+board's plane, and a gain and an offset of its own, held near 1 and 0 by what light and lots do.
+What is left over is weighed by the noise.
 """
 
 from dataclasses import dataclass
@@ -26,10 +27,7 @@ _RIM_SHARE = 0.15  # of the slopes about a part, where it is not known what stay
 _PRINT = 60.0  # grey values a pixel: print is no steeper
 _PATIENCE, _HOPELESS = 1, 3.0  # after so many steps, half of the pixels off by so many sigma
 APART_PX = 1.5  # farther from its place, a part has other surroundings
-_WORST, _FEWEST_WORST = (
-    0.05,
-    4,
-)  # share and number of pixels whose misfit counts as a mark on a part
+_WORST, _FEWEST_WORST = 0.05, 4  # share and number of the pixels that make a mark on a part
 _WHITE = 250.0  # grey values: from here on a sensor tells no more
 _DARK = 5.0  # grey values: below that noise falls no more
 
@@ -69,26 +67,22 @@ class Place:
 
 @dataclass(frozen=True)
 class Match:
-    """A component at a place, with the covariance (3, 3) of that (m, m, rad), the gain and offset
-    of its grey values, and what is left over in each pixel of its template, in sigma (n,), 0 where
-    none was `asked`.
+    """A component at a place, with the covariance (3, 3) of that (m, m, rad), and what is left over
+    in each pixel of its template, in sigma (n,), 0 where none was `asked`.
 
     Of these, `rms` is over all that were asked, and `worst` the mean of the worst twentieth.
     `moved_px` is how far it is from its place in the picture, turn included; `settled` whether the
-    search came to rest; `strain` how unusual gain and offset are, in sigma; `used` the share of
-    its pixels that were asked; `seen` and `values` the grey values (n,) there and in the reference.
+    search came to rest; `strain` how unusual gain and offset of its grey values are, in sigma;
+    `seen` and `values` these (n,) there and in the reference.
     """
 
     place: Place
     covariance: Array
-    gain: float
-    offset: float
     z: Array
     asked: NDArray[np.bool_]
     moved_px: float
     settled: bool
     strain: float
-    used: float
     rms: float
     worst: float
     seen: Array
@@ -177,8 +171,7 @@ class Matcher:
         strain = float(np.hypot(*(x[3:] / self._sigmas[3:])))
         return Match(
             Place((float(shift[0]), float(shift[1])), turn), inverse[:3, :3] * scale,
-            1 + float(x[3]), float(x[4]), z, asked, moved_px, settled, strain, count / len(z),
-            *leftover(z[asked]), r + t.values, t.values,
+            z, asked, moved_px, settled, strain, *leftover(z[asked]), r + t.values, t.values,
         )  # fmt: skip
 
     def _gone(self, shift: Array, turn: float) -> float:
