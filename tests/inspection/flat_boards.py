@@ -138,7 +138,7 @@ def flat_reference(plane: Array) -> Reference:
     return Reference("flat", (photograph(plane),), T_CAMERA_BOARD, CAMERA)
 
 
-def flat_drawing(design: BoardDesign, bare: Image) -> Drawing:
+def flat_drawing(design: BoardDesign, bare: Image, T_camera_board: SE3 = T_CAMERA_BOARD) -> Drawing:
     """The flat board as it would be drawn, with a picture of it without its parts."""
-    shown = shown_by(design, CAMERA, T_CAMERA_BOARD)
+    shown = shown_by(design, CAMERA, T_camera_board)
     return Drawing(bare, np.maximum(shown.numbers, -1), shown.heights)

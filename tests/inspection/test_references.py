@@ -1,5 +1,7 @@
 """What a reference may hold, and what is made of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,13 +9,35 @@ from aoicell.errors import InputError
 from aoicell.inspection import Reference, ViewInspection, inspect_view, register_2d
 from aoicell.nominal import Nominal
 from aoicell.transforms import distance_deg, translation
-from inspection.flat_boards import CAMERA, T_CAMERA_BOARD, Flat, painted, photograph
+from inspection.flat_boards import (
+    CAMERA,
+    T_CAMERA_BOARD,
+    Flat,
+    flat_drawing,
+    painted,
+    photograph,
+)
 from inspection.scenes import MISSING, SHIFTED, WASHER_AT, Look, called, is_finite
 
 
 def test_a_reference_needs_a_picture() -> None:
     with pytest.raises(InputError, match="reference V9: it holds no picture"):
         Reference("V9", (), T_CAMERA_BOARD, CAMERA)
+
+
+@pytest.mark.parametrize("name", ["bare", "numbers", "heights"])
+def test_a_drawing_is_of_the_cameras_size(flat: Flat, name: str) -> None:
+    drawing = flat_drawing(flat.board, flat.reference.images[0])
+    cut = replace(drawing, **{name: getattr(drawing, name)[:, :-1]})
+    with pytest.raises(InputError, match=rf"V9: the drawing's {name} is \(900, 1199\)"):
+        Reference("V9", flat.reference.images, T_CAMERA_BOARD, CAMERA, drawing=cut)
+
+
+def test_an_empty_picture_leaves_the_design_where_it_was_taken_to_be(flat: Flat) -> None:
+    black = np.zeros_like(flat.reference.images[0])
+    reference = Reference("black", (black,), T_CAMERA_BOARD, CAMERA)
+    T = register_2d(black, reference, flat.board).T_camera_reference
+    assert T.isApprox(T_CAMERA_BOARD, 1e-9)
 
 
 def test_a_reference_has_one_virtual_image(flat: Flat) -> None:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from aoicell.inspection.bare import BareBoard
-from aoicell.inspection.matching import Plane
+from aoicell.inspection.planes import Plane
 from aoicell.inspection.shown import BARE, Shown
 from aoicell.inspection.templates import Template
 

@@ -1,10 +1,11 @@
 """Where the design lies in a reference picture: by the parts themselves.
 
 A calibrated pose puts the board where its markers are, and markers are glued on to some tenths of
-a millimetre: more than half a chip part. Two steps slide and turn the board in its plane to where
-its parts are: first until edges lie under the designed outlines of all of them; then to their
-middles. Most parts, their pads and their printed frames look alike after a half turn, and about
-which point they do is told exactly by the picture alone.
+a millimetre and of a degree, which makes up to 3 mm at the other end of the board. Two steps slide
+and turn the board in its plane to where its parts are: first until edges lie under the designed
+outlines of all of them, near the pose given if there are few; then to their middles. Most parts,
+their pads and their printed frames look alike after a half turn, and about which point they do is
+told exactly by the picture alone.
 """
 
 from collections.abc import Sequence
@@ -17,11 +18,10 @@ from numpy.typing import NDArray
 
 from aoicell.board import BoardDesign, Component
 from aoicell.camera import Camera
+from aoicell.inspection.planes import Plane, slopes
 from aoicell.inspection.shown import Shown
 from aoicell.observation import Image
 from aoicell.transforms import SE3, Array, from_xyz_rpy
-
-Plane = NDArray[np.float32]
 
 _LEAST_SHARE = 0.5  # of a component that has to be seen for its outline to count
 _SPACING = 0.4e-3  # m, from one point of an outline to the next
@@ -29,6 +29,7 @@ _MOST_POINTS = 120  # of one component: no large one outvotes the rest
 _SMOOTHING_PX = 2.0
 # slides that are tried: up to so far (m) along x and y, a step, up to so far turned, a step
 _COARSE = (4e-3, 0.5e-3, np.radians(1.0), np.radians(0.2))
+_NEAR = (1e-3, 0.25e-3, np.radians(0.6), np.radians(0.1))  # with fewer than `_FEWEST` parts
 _FINE = (0.5e-3, 0.125e-3, np.radians(0.2), np.radians(0.05))
 _FEW = 8  # of the outlines' points, one in so many tells where to look more closely
 _CAP = 20.0  # grey values a pixel: a stronger edge counts no more
@@ -62,9 +63,7 @@ def anchored(
 
 def _by_outlines(picture: Plane, components: Sequence[Component], camera: Camera, T: SE3) -> SE3:
     smooth = cv2.GaussianBlur(picture, (0, 0), _SMOOTHING_PX)
-    slopes = np.dstack(
-        [cv2.Sobel(smooth, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in ((1, 0), (0, 1))]
-    )
+    steep = slopes(np.asarray(smooth, np.float32))
     ps, along = np.split(np.concatenate([_outline(c) for c in components]), 2, axis=1)
     uv, J, middle = _slides(ps, camera, T)
     ahead = camera.project(ps + along * 1e-4, T) - uv
@@ -73,23 +72,27 @@ def _by_outlines(picture: Plane, components: Sequence[Component], camera: Camera
 
     def strength(slide: Array, some: slice) -> float:
         at = (uv[some] + J[some] @ slide).astype(np.float32)
-        found = cv2.remap(slopes, at[:, :1], at[:, 1:], cv2.INTER_LINEAR)[:, 0]
+        found = cv2.remap(steep, at[:, :1], at[:, 1:], cv2.INTER_LINEAR)[:, 0]
         across = np.abs((found * normals[some]).sum(axis=1))
         return float(np.minimum(across, _CAP).sum())
 
     best = np.zeros(3)
-    for tried, some in ((_COARSE, slice(None, None, _FEW)), (_FINE, slice(None))):
+    far = (_COARSE, slice(None, None, _FEW))
+    near = (_NEAR, slice(None))
+    for tried, some in (near if len(components) < _FEWEST else far, (_FINE, slice(None))):
         slides = best + _grid(*tried)
         best = slides[int(np.argmax([strength(slide, some) for slide in slides]))]
     return _slid(T, middle, best)
 
 
 def _grid(reach: float, step: float, turn: float, turn_step: float) -> Array:
-    """Slides (N, 3) about none."""
+    """Slides (N, 3) about none, the shortest first: of equals, it is taken."""
     steps, turns = (
         np.arange(-most, most + size / 2, size) for most, size in ((reach, step), (turn, turn_step))
     )
-    return np.array(list(product(steps, steps, turns)))
+    slides = np.array(list(product(steps, steps, turns)))
+    lengths = np.linalg.norm(slides / [reach, reach, turn], axis=1)
+    return np.asarray(slides[np.argsort(lengths, kind="stable")])
 
 
 def _outline(component: Component) -> Array:

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from aoicell.inspection.planes import Plane, steepness
 from aoicell.inspection.shown import BARE, Shown
 from aoicell.inspection.virtual_picture import BEYOND, Drawing
-from aoicell.inspection.warping import Plane
 
 _FEWEST = 100  # bare pixels, of every ninth
 _LEVELS = (12, 95)  # percentiles: the laminate and what is printed on it
@@ -16,12 +16,13 @@ _CONTRAST = 10.0  # grey values between them, of a board that has print at all
 
 @dataclass(frozen=True)
 class BareBoard:
-    """What the bare board looks like: grey values (H, W) in the reference's pixels and light, and
-    the slopes of what is printed on it.
+    """What the bare board looks like: grey values (H, W) in the reference's pixels and light, how
+    steep they are, and where they are `known`: elsewhere the drawing ends.
     """
 
     grey: Plane
     slopes: Plane
+    known: NDArray[np.bool_]
 
 
 def bare_board(drawing: Drawing, mean: Plane, shown: Shown) -> BareBoard | None:
@@ -41,5 +42,4 @@ def bare_board(drawing: Drawing, mean: Plane, shown: Shown) -> BareBoard | None:
     gain = (bright - dark) / (high - low) if contrast else dark / max(low, 1.0)
     grey = (gain * (drawn - low) + dark).astype(np.float32)
     grey[beyond] = dark
-    slopes = [cv2.Sobel(grey, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in ((1, 0), (0, 1))]
-    return BareBoard(grey, np.asarray(cv2.magnitude(*slopes), np.float32))
+    return BareBoard(grey, steepness(grey), ~beyond)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from aoicell.board import Component
 from aoicell.inspection.findings import Finding, ViewInspection
 from aoicell.inspection.foreign import Spot, foreign_objects
-from aoicell.inspection.matching import APART_PX, Match, Place, Plane
+from aoicell.inspection.matching import APART_PX, Match, Place
+from aoicell.inspection.planes import Plane
 from aoicell.inspection.registration import FineRegistration
 from aoicell.inspection.search import smoothed
 from aoicell.inspection.shown import silhouette
@@ -34,7 +35,9 @@ _GOOD = 0.6  # a misfit, relative to its limit, that needs no rival
 _ELSEWHERE = 1.4  # of a part that lies elsewhere, a misfit with all pixels stays below this
 _ALIKE = 1.2  # times the misfit of the other way round
 _NEAR_PX, _NEAR_TURN = 2.5, np.radians(15)  # the first match finds what is no farther off
-_THROWN_PX = 6  # about a part that is wrong or was doubted, what differs belongs to it
+_THROWN_PX = (
+    6  # about a part that is wrong, or was doubted and has moved, what differs belongs to it
+)
 
 
 @dataclass(frozen=True)
@@ -87,10 +90,10 @@ class Comparison:
             covered[area.window] += area.mask
         theirs = np.zeros_like(covered)
         for id in doubtful:
-            area = self._disturbance(standard.tools[id].template, outcomes[id])
             if outcomes[id].match.moved_px > _MOVED_PX or not self._good(id, outcomes[id]):
+                area = self._disturbance(standard.tools[id].template, outcomes[id])
                 theirs[area.window] |= area.mask
-        spots = [spot for spot in spots if not spot.near(theirs, _THROWN_PX)]
+        spots = [spot for spot in spots if not spot.mostly_near(theirs, _THROWN_PX)]
         findings = {
             id: self._finding(tools, outcomes.get(id)) for id, tools in standard.tools.items()
         }

@@ -10,10 +10,13 @@ from scipy.special import ndtr
 
 from aoicell.camera import Camera
 from aoicell.inspection.findings import Box, ForeignObject
-from aoicell.inspection.matching import Plane
+from aoicell.inspection.planes import Plane, steepness
 from aoicell.inspection.shown import BARE
 from aoicell.inspection.warping import on_plane
 from aoicell.transforms import SE3
+
+_MOST = 0.5  # of a spot
+_STEP = 4  # one pixel in so many, each way, tells the light
 
 
 @dataclass(frozen=True)
@@ -40,12 +43,14 @@ class Spot:
     strength: float
     mask: NDArray[np.bool_]
 
-    def near(self, area: NDArray[np.uint8], reach: int) -> bool:
-        """Whether some of its box lies within `reach` px of an area (H, W) of the picture."""
+    def mostly_near(self, area: NDArray[np.uint8], reach: int) -> bool:
+        """Whether half of it or more lies within `reach` px of an area (H, W) of the picture."""
         left, top, right, bottom = self.box
-        rows = slice(max(top - reach, 0), bottom + reach)
-        columns = slice(max(left - reach, 0), right + reach)
-        return bool(area[rows, columns].any())
+        above, before = min(top, reach), min(left, reach)
+        around = area[top - above : bottom + reach, left - before : right + reach]
+        grown = cv2.dilate(around, np.ones((2 * reach + 1,) * 2, np.uint8))
+        own = grown[above : above + bottom - top, before : before + right - left]
+        return bool((own[self.mask] > 0).mean() >= _MOST)
 
 
 class Foreign:
@@ -58,14 +63,17 @@ class Foreign:
         """`covered` (H, W): where components may be, within their tolerances."""
         self._mean, self._config = mean, config
         self._looked_at = (numbers == BARE) & ~covered
-        slopes = [cv2.Sobel(mean, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in ((1, 0), (0, 1))]
-        edges = config.edge_px * cv2.GaussianBlur(cv2.magnitude(*slopes), (0, 0), 1.0)
+        edges = config.edge_px * cv2.GaussianBlur(steepness(mean), (0, 0), 1.0)
         self._shot = np.sqrt(mean + 5)
         self._doubt = np.asarray(config.grey + config.sigmas * (edges + spread), np.float32)
 
     def spots(self, picture: Plane, noise: float, explained: NDArray[np.bool_]) -> list[Spot]:
-        """The spots on a picture (H, W) that nothing explains."""
-        difference = np.abs(cv2.blur(cv2.subtract(picture, self._mean), (3, 3)))
+        """The spots on a picture (H, W) that nothing explains, whatever the light as a whole."""
+        step = (slice(None, None, _STEP), slice(None, None, _STEP))
+        bare = self._looked_at[step] & ~explained[step]
+        ratios = picture[step][bare] / np.maximum(self._mean[step][bare], 1)
+        gain = float(np.median(ratios)) if len(ratios) else 1.0
+        difference = np.abs(cv2.blur(cv2.scaleAdd(self._mean, -gain, picture), (3, 3)))
         limit = cv2.scaleAdd(self._shot, self._config.sigmas * np.sqrt(noise) / 3, self._doubt)
         excess = cv2.divide(difference, limit)
         seen = (excess > 1) & self._looked_at & ~explained

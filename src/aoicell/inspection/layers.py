@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aoicell.inspection.bare import BareBoard
+from aoicell.inspection.planes import Plane, slopes
 from aoicell.inspection.shown import BARE, HOLLOW, Shown
 from aoicell.inspection.templates import Template
-from aoicell.inspection.warping import Plane
 from aoicell.transforms import Array
 
 _BLUR_PX = 1.0  # sigma: of the picture, and of where the design lies in it
@@ -31,7 +31,7 @@ class Layer:
     def __init__(
         self, template: Template, mean: Plane, bare: BareBoard | None, shown: Shown
     ) -> None:
-        """Where what lies behind is not known, or is no bare board, nothing is an edge."""
+        """Where what lies behind is not known, or no bare board, or the part hollow, nothing is."""
         left, top, right, bottom = template.box
         height, width = mean.shape
         rows = slice(max(top - _MARGIN_PX, 0), min(bottom + _MARGIN_PX, height))
@@ -41,7 +41,7 @@ class Layer:
         own = numbers == template.number
         alpha = cv2.GaussianBlur(own.astype(np.float32), (0, 0), _BLUR_PX)
         alpha[alpha < _LEAST] = 0
-        known = bare is not None and template.carrier == BARE
+        on_board = bare is not None and not template.component.on
         beneath = bare.grey[rows, columns] if bare is not None else seen
         covered = (own | (numbers == BARE)) & (alpha > 0)
         self._behind = np.where(covered, beneath, seen).astype(np.float32)
@@ -49,11 +49,15 @@ class Layer:
         u, v = (template.uv - self._origin).astype(int).T
         depth = cv2.distanceTransform(own.astype(np.uint8), cv2.DIST_L2, 3)
         hollow = template.component.kind in HOLLOW
-        self.edge: NDArray[np.bool_] = (depth[v, u] <= _DEEP_PX) & known & (not hollow)
+        self.edge: NDArray[np.bool_] = (depth[v, u] <= _DEEP_PX) & on_board & (not hollow)
+        if bare is not None:
+            self.edge &= bare.known[rows, columns][v, u]
         at = (v[self.edge], u[self.edge])
         self.alphas = alpha[at].astype(float)
         self._values, self._home = moving[at].astype(float), self._behind[at].astype(float)
-        self._slopes, self._alpha_slopes = _slopes(moving)[at], _slopes(alpha)[at]
+        self._slopes, self._alpha_slopes = (
+            slopes(plane.astype(np.float32))[at].astype(float) for plane in (moving, alpha)
+        )
 
     def behind(self, uv: NDArray[np.float32]) -> Array:
         """Grey values (m,) of what the edge would cover with its pixels at `uv` (m, 2)."""
@@ -74,13 +78,6 @@ class Layer:
         """How these change (m, 2) where the component moves by a pixel."""
         still = self._home if behind is None else behind
         return np.asarray(self._slopes - self._alpha_slopes * still[:, None])
-
-
-def _slopes(plane: Plane) -> Array:
-    """Grey values a pixel (h, w, 2)."""
-    steps = ((1, 0), (0, 1))
-    slopes = [cv2.Sobel(plane, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in steps]
-    return np.dstack(slopes).astype(float)
 
 
 def _sampled(plane: Plane, uv: NDArray[np.float32]) -> Array:

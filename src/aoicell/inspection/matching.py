@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from aoicell.board import Tolerance
 from aoicell.inspection.layers import Layer
+from aoicell.inspection.planes import Plane
 from aoicell.inspection.templates import Template
 from aoicell.transforms import Array
 
-Plane = NDArray[np.float32]
 _FREEDOM = 2.0  # times its tolerance a part may be off, one sigma
 _STILL_PX = 0.1  # a step so small is exact enough without another
 _TURN_LIMIT = 0.1  # rad a step
@@ -25,7 +25,7 @@ _DISBELIEF = 4.0  # Cauchy: pixels off by two sigma count half,
 _CREDIT = 400.0  # at first by twenty: an edge that is still off has to pull
 _RIM_SHARE = 0.15  # of the slopes about a part, where it is not known what stays and what moves
 _PRINT = 60.0  # grey values a pixel: print is no steeper
-_PATIENCE, _HOPELESS = 1, 3.0  # after so many steps, half of the pixels off by so many sigma
+_PATIENCE, _HOPELESS = 1, 3.0  # after so many steps, half of all pixels off by so many sigma
 APART_PX = 1.5  # farther from its place, a part has other surroundings
 _WORST, _FEWEST_WORST = 0.05, 4  # share and number of the pixels that make a mark on a part
 _WHITE = 250.0  # grey values: from here on a sensor tells no more
@@ -38,11 +38,11 @@ class NoiseConfig:
 
     Grey noise is measured in each pair of pictures, and grows with the light as shot noise does.
     Beside that: an edge may lie `edge_px` off (resampling, outlines of parts of another lot), and a
-    surface differ by `texture` of its brightness from the rest of its component. What a part that
-    moved has laid bare is known to `bared` grey values; farther off, the board that blurs into its
-    edges to `background`. Of what is seen through a hollow part, a share `seen_through` stays
-    behind. Between lots and lights, a component's brightness differs by `gain`, and by `offset`
-    grey values and `gloss` of its brightest (its reflections).
+    surface differ by `texture` of its brightness from the rest of its component. What a part
+    has laid bare that moved by a pixel is known to `bared` grey values; farther off, the board that
+    blurs into edges of which nothing is drawn, to `background`. Of what is seen through a hollow
+    part, a share `seen_through` stays behind. Between lots and lights, a component's brightness
+    differs by `gain`, and by `offset` grey values and `gloss` of its brightest (its reflections).
     """
 
     edge_px: float = 0.12
@@ -73,7 +73,7 @@ class Match:
     Of these, `rms` is over all that were asked, and `worst` the mean of the worst twentieth.
     `moved_px` is how far it is from its place in the picture, turn included; `settled` whether the
     search came to rest; `strain` how unusual gain and offset of its grey values are, in sigma;
-    `seen` and `values` these (n,) there and in the reference.
+    `seen` and `values` these (n,) there, over the ground of the reference, and in the reference.
     """
 
     place: Place

@@ -15,7 +15,7 @@ class Reference:
 
     `T_camera_board` is the board in the first picture as the calibration estimates it; the others
     may lie a little off it. `virtual`: one picture, drawn from the design by a `Renderer`, whose
-    grey values are nobody's: edges are compared instead. `drawing`: the design as drawn for
+    grey values are nobody's. `drawing`: the design as drawn for
     the first picture: the shapes of its components, and what a missing one uncovers.
     """
 
@@ -34,8 +34,9 @@ class Reference:
                 f"reference {self.view}: {len(self.images)} virtual images are alike; give one"
             )
         wanted = (self.camera.height, self.camera.width)
-        bare = {} if self.drawing is None else {"the drawing": self.drawing.bare}
-        pictures = {f"picture {n}": image for n, image in enumerate(self.images, start=1)} | bare
+        drawn = {} if self.drawing is None else vars(self.drawing)
+        pictures = {f"picture {n}": image for n, image in enumerate(self.images, start=1)}
+        pictures |= {f"the drawing's {name}": plane for name, plane in drawn.items()}
         for name, image in pictures.items():
             if image.shape != wanted:
                 raise InputError(

@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aoicell.inspection.matching import Place, Plane
+from aoicell.inspection.matching import Place
+from aoicell.inspection.planes import Plane
 from aoicell.inspection.templates import Template
 from aoicell.transforms import Array
 

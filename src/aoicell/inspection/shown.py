@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from aoicell.board import BoardDesign, Component
 from aoicell.camera import Camera
+from aoicell.errors import InputError
 from aoicell.inspection.virtual_picture import BEYOND, Drawing
 from aoicell.transforms import SE3, Array, apply
 
@@ -27,10 +28,9 @@ class Shown:
     """For each pixel (H, W): the number of the component that it shows, or BARE, MARKER, NOTHING;
     the height of that surface over the laminate (m); whether it is an upper side.
 
-    `shares` (N,): what is seen of each component's whole outline, hidden parts and those beyond
-    the picture's edge taken off; `hidden_by` (N,): the number of what covers most of it, or -1;
-    `solids` (H, W): the same numbers where hollow parts are no boxes but let through what is
-    behind them;
+    `shares` (N,): what is seen of the outline of each component's box, hidden parts and those
+    beyond the picture's edge taken off. `solids` (H, W): the number that a drawing has there, also
+    through hollow parts; where it has none, that of the box.
     `boxes` (N, 4): left, top, right, bottom (px, exclusive) of what is seen, zeros for nothing.
     """
 
@@ -38,7 +38,6 @@ class Shown:
     heights: NDArray[np.float32]
     tops: NDArray[np.bool_]
     shares: Array
-    hidden_by: NDArray[np.int16]
     solids: NDArray[np.int16]
     boxes: NDArray[np.intp]
 
@@ -48,7 +47,14 @@ def shown_by(
 ) -> Shown:
     """What a picture of the board at that pose shows where: by its components' boxes, or by a
     drawing of their solids at that pose.
+
+    Raises InputError for a drawing of another board.
     """
+    if drawing is not None and drawing.numbers.max(initial=-1) >= len(board.components):
+        raise InputError(
+            f"the drawing shows component number {drawing.numbers.max()}, but the board has "
+            f"{len(board.components)}; draw this board"
+        )
     rays, origin = _rays(camera, T_camera_board)
     shape = (camera.height, camera.width)
     heights = np.zeros(shape, np.float32)
@@ -56,7 +62,7 @@ def shown_by(
     numbers = flat.copy()
     tops = np.ones(shape, bool)
     nearest = (-origin[2] / rays[..., 2]).astype(np.float32)
-    whole, owned = np.zeros(len(board.components)), {}
+    whole, windows = np.zeros(len(board.components)), {}
     for number, component in enumerate(board.components):
         outline = silhouette(component, camera, T_camera_board)
         whole[number] = max(cv2.contourArea(outline), 1.0)
@@ -65,28 +71,22 @@ def shown_by(
             continue
         reach, on_top = _meet(component, origin, rays[window])
         hit = reach < nearest[window]
-        owned[number] = (window, np.isfinite(reach))
+        windows[number] = window
         nearest[window][hit] = reach[hit]
         numbers[window][hit] = number
         tops[window][hit] = on_top[hit]
         heights[window][hit] = (origin[2] + reach * rays[window][..., 2])[hit]
     seen = np.bincount(numbers[numbers >= 0].ravel(), minlength=len(whole))
-    hidden_by = np.full(len(whole), -1, np.int16)
-    for number, (window, covers) in owned.items():
-        others = numbers[window][covers & (numbers[window] != number)]
-        if (others >= 0).any():
-            hidden_by[number] = np.bincount(others[others >= 0]).argmax()
     solids = numbers
     if drawing is not None:
         solids = np.where(drawing.numbers >= 0, drawing.numbers, numbers)
         numbers, heights, tops = _drawn(board, drawing, flat, numbers, heights, tops)
-    boxes = np.array([_seen(numbers, number, owned) for number in range(len(whole))])
+    boxes = np.array([_seen(numbers, number, windows) for number in range(len(whole))])
     return Shown(
         numbers,
         heights,
         tops,
         np.minimum(seen / whole, 1.0),
-        hidden_by,
         solids,
         boxes.reshape(-1, 4),
     )
@@ -107,12 +107,12 @@ def _drawn(
 
 def _seen(
     numbers: NDArray[np.int16], number: int,
-    owned: Mapping[int, tuple[tuple[slice, slice], NDArray[np.bool_]]],
+    windows: Mapping[int, tuple[slice, slice]],
 ) -> tuple[int, int, int, int]:  # fmt: skip
     """The box of what is seen of a component."""
-    if number not in owned:
+    if number not in windows:
         return (0, 0, 0, 0)
-    rows, columns = window = owned[number][0]
+    rows, columns = window = windows[number]
     left, top, width, height = cv2.boundingRect((numbers[window] == number).astype(np.uint8))
     left, top = left + columns.start, top + rows.start
     return (left, top, left + width, top + height) if width else (0, 0, 0, 0)

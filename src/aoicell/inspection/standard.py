@@ -15,7 +15,8 @@ from aoicell.inspection.anchoring import anchored
 from aoicell.inspection.bare import bare_board
 from aoicell.inspection.foreign import Foreign, ForeignConfig
 from aoicell.inspection.layers import Layer
-from aoicell.inspection.matching import Matcher, NoiseConfig, Plane
+from aoicell.inspection.matching import Matcher, NoiseConfig
+from aoicell.inspection.planes import Plane
 from aoicell.inspection.references import Reference
 from aoicell.inspection.registration import (
     Pattern,
@@ -115,7 +116,7 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
 
 
 def _drawing(reference: Reference, T: SE3) -> Drawing | None:
-    """The drawing, moved to where the design lies in the reference."""
+    """The drawing, moved to where the design lies in the reference, by the laminate's plane."""
     drawn, camera = reference.drawing, reference.camera
     if drawn is None:
         return None

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from aoicell.board import BoardDesign, Component
 from aoicell.camera import Camera
 from aoicell.inspection.findings import Box
+from aoicell.inspection.planes import Plane, slopes
 from aoicell.inspection.shown import BARE, HOLLOW, Shown
 from aoicell.inspection.warping import on_plane
 from aoicell.transforms import SE3, Array
 
-Plane = NDArray[np.float32]
 MOSTLY = 0.4  # share of a component that is seen of one that hardly anything stands on
 _BLUR_PX = 1.5  # so far a border is blurred
 _BORDER_PX = 2.5  # so far from a neighbour that is in its place to less than a pixel
@@ -44,8 +44,8 @@ class TemplateConfig:
 
 @dataclass(frozen=True)
 class Template:
-    """A component, its number in the board's list and that of its carrier (BARE: the board), as
-    the reference shows it in n pixels, which are the share `visible` of its outline.
+    """A component, and its number in the board's list, as the reference shows it in n pixels, which
+    are the share `visible` of its outline.
 
     `uv` (n, 2); grey `values`, their `slopes` (n, 2) and their `spread` (n,) over good boards;
     `inside` (n,) is false on the rim, `core` (n,) true where no border is near.
@@ -56,7 +56,6 @@ class Template:
 
     component: Component
     number: int
-    carrier: int
     box: Box
     visible: float
     uv: NDArray[np.float32]
@@ -80,10 +79,7 @@ def templates_of(
     T_camera_board: SE3, config: TemplateConfig,
 ) -> dict[str, Template]:  # fmt: skip
     """By id, the components of which the reference shows enough."""
-    slopes = np.dstack(
-        [cv2.Sobel(mean, cv2.CV_32F, *xy, ksize=1, scale=0.5) for xy in ((1, 0), (0, 1))]
-    )
-    numbers = {component.id: number for number, component in enumerate(board.components)}
+    steep = slopes(mean)
     found = {}
     for number, component in enumerate(board.components):
         D, centre_px = _scale(component, camera, T_camera_board)
@@ -103,11 +99,11 @@ def templates_of(
         inside, core = depth[rows, columns] > 0, depth[rows, columns] > _BLUR_PX
         at = (rows + window[0].start, columns + window[1].start)
         found[component.id] = Template(
-            component, number, numbers.get(component.on, BARE),
+            component, number,
             (window[1].start, window[0].start, window[1].stop, window[0].stop),
             float(shown.shares[number] * (depth[mask] > 0).sum() / seen),
             np.column_stack([at[1], at[0]]).astype(np.float32),
-            mean[at].astype(float), slopes[at].astype(float), spread[at].astype(float),
+            mean[at].astype(float), steep[at].astype(float), spread[at].astype(float),
             inside, core if core.sum() >= config.least_px else inside,
             _arms(component, at, heights[rows, columns], camera, T_camera_board), centre_px, D,
         )  # fmt: skip

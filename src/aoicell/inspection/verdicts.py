@@ -10,7 +10,7 @@ from aoicell.inspection.findings import Finding, State
 from aoicell.inspection.matching import Match, leftover
 from aoicell.inspection.templates import Template
 
-_FORGIVEN_STRAIN = 2.0  # times, of what was found elsewhere: in other light, on another ground
+_FORGIVEN_STRAIN = 2.0  # times, of what was found turned: light falls on other faces of it
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class VerdictConfig:
     forgiven: float = 0.15
     indulged: float = 0.015
     vague: float = 0.15
-    doubt: float = 1.5
+    doubt: float = 1.0
 
 
 def misfit(match: Match, config: VerdictConfig, forgiven: float = 0.0) -> float:

@@ -59,7 +59,15 @@ def drawing(
     heights = (depths * rise - upwards @ T_camera_board.translation).astype(np.float32)
     maps = _carried(designed, camera)
     return Drawing(
-        np.asarray(cv2.remap(to_grey(renderer.bare(*poses)), *maps, cv2.INTER_LINEAR), np.uint8),
+        np.asarray(
+            cv2.remap(
+                to_grey(renderer.bare(*poses)),
+                *maps,
+                cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_REPLICATE,
+            ),
+            np.uint8,
+        ),
         np.asarray(cv2.remap(numbers, *maps, cv2.INTER_NEAREST, borderValue=(BEYOND,)), np.int16),
         np.asarray(cv2.remap(heights, *maps, cv2.INTER_NEAREST), np.float32),
     )

@@ -10,9 +10,9 @@ from functools import cache
 import cv2
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
-from numpy.typing import NDArray
 
 from aoicell.camera import Camera
+from aoicell.inspection.planes import Plane
 from aoicell.inspection.registration import FineRegistration
 from aoicell.inspection.shown import Shown
 from aoicell.observation import Image
@@ -21,8 +21,6 @@ from aoicell.transforms import SE3, Array
 _NODES = 7  # along either side: exact to 0.01 px for lenses and motions as they occur
 _STEP_PX = 16  # linear between these is exact to as much
 _LEAST_PARALLAX_PX = 0.05  # less is not worth the time
-
-Plane = NDArray[np.float32]
 
 
 class Warp:

@@ -24,6 +24,7 @@ from aoicell.transforms import SE3, from_xyz_rpy, rotation, translation
 
 MARKER_THICKNESS = 0.0005
 CLEARANCE = 1e-4  # least height of a marker's face over the bare board (m)
+PART = "part "  # begins the names of what components consist of
 COVER = 3e-4  # thickness of what covers a marker's edge (m)
 CLEAN = plain_surfaces()
 SOLDER_MASK = Face(specular=0.1)
@@ -59,7 +60,7 @@ def add_board(
         id, tone = component.id, surfaces.brightness.get(component.id, 1.0)
         parts = mounted(present, component, solids[id], surfaces.heights)
         for index, part in enumerate(parts):
-            name = f"{id}_{index}"
+            name = f"{PART}{id}_{index}"
             if part.printed:
                 image = _toned(label_image(component), tone)
                 half = part.half_size

@@ -9,6 +9,7 @@ from aoicell.observation import Image
 from aoicell.planning.meshes import BoardMesh
 from aoicell.sim.as_built import Light, designed, plain_surfaces
 from aoicell.sim.backend import make_renderer
+from aoicell.sim.board_scene import PART
 from aoicell.sim.scene import ARM, build_model, optical_to_mujoco, visible
 from aoicell.transforms import SE3, to_quat_wxyz
 
@@ -42,8 +43,11 @@ class NominalTwin:
     def _components(self) -> NDArray[np.int16]:
         """For each geom, and after them for none, the number of its component, -1 for others."""
         numbers = {c.id: number for number, c in enumerate(self._nominal.board.components)}
-        names = [self._model.geom(geom).name for geom in range(self._model.ngeom)]
-        shown = [numbers.get(name.rpartition("_")[0], -1) for name in names]
+        shown = []
+        for geom in range(self._model.ngeom):
+            name = self._model.geom(geom).name
+            is_part, id = name.startswith(PART), name.removeprefix(PART).rpartition("_")[0]
+            shown.append(numbers[id] if is_part else -1)
         return np.array([*shown, -1], np.int16)
 
     def render(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
