@@ -31,7 +31,9 @@ class Layer:
     def __init__(
         self, template: Template, mean: Plane, bare: BareBoard | None, shown: Shown
     ) -> None:
-        """Where what lies behind is not known, or no bare board, or the part hollow, nothing is."""
+        """There is no edge where what lies behind is not known or no bare board, nor of a hollow
+        component.
+        """
         left, top, right, bottom = template.box
         height, width = mean.shape
         rows = slice(max(top - _MARGIN_PX, 0), min(bottom + _MARGIN_PX, height))
@@ -54,7 +56,7 @@ class Layer:
             self.edge &= bare.known[rows, columns][v, u]
         at = (v[self.edge], u[self.edge])
         self.alphas = alpha[at].astype(float)
-        self._values, self._home = moving[at].astype(float), self._behind[at].astype(float)
+        self._values = moving[at].astype(float)
         self._slopes, self._alpha_slopes = (
             slopes(plane.astype(np.float32))[at].astype(float) for plane in (moving, alpha)
         )
@@ -69,15 +71,13 @@ class Layer:
             return _sampled(self._behind, at)
         return np.where(inside, _sampled(self._behind, at), _sampled(self._mean, uv))
 
-    def values(self, behind: Array | None = None) -> Array:
-        """Grey values (m,) of the edge over what is behind it, in its place if not given."""
-        still = self._home if behind is None else behind
-        return np.asarray(self._values + (1 - self.alphas) * still)
+    def values(self, behind: Array) -> Array:
+        """Grey values (m,) of the edge over what is behind it."""
+        return np.asarray(self._values + (1 - self.alphas) * behind)
 
-    def slopes(self, behind: Array | None = None) -> Array:
+    def slopes(self, behind: Array) -> Array:
         """How these change (m, 2) where the component moves by a pixel."""
-        still = self._home if behind is None else behind
-        return np.asarray(self._slopes - self._alpha_slopes * still[:, None])
+        return np.asarray(self._slopes - self._alpha_slopes * behind[:, None])
 
 
 def _sampled(plane: Plane, uv: NDArray[np.float32]) -> Array:

@@ -106,7 +106,7 @@ class Matcher:
         self._turning = np.column_stack([-t.arms[:, 1], t.arms[:, 0]]) @ t.D.T
         static = ~t.inside & ~edge
         slopes = t.slopes * np.where(static, _RIM_SHARE, 1.0)[:, None]
-        slopes[edge] = layer.slopes()
+        slopes[edge] = layer.slopes(layer.behind(t.uv[edge]))
         self._A = np.column_stack([*self._motion(slopes), t.values, np.ones(len(t.uv))])
         self._reach_px = float(np.sqrt((self._turning**2).sum(axis=1).mean()))
         self._steep = (t.slopes**2).sum(axis=1)

@@ -15,8 +15,8 @@ class Reference:
 
     `T_camera_board` is the board in the first picture as the calibration estimates it; the others
     may lie a little off it. `virtual`: one picture, drawn from the design by a `Renderer`, whose
-    grey values are nobody's. `drawing`: the design as drawn for
-    the first picture: the shapes of its components, and what a missing one uncovers.
+    grey values are nobody's. `drawing`: the design as drawn for the first picture, that is the
+    shapes of its components and the bare board that a missing one uncovers.
     """
 
     view: str
