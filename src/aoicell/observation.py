@@ -72,6 +72,9 @@ class SolidRenderer(Renderer, Protocol):
     def bare(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
         """The same picture of the board without its components."""
 
+    def half_turned(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
+        """The same picture with each component turned by half about its own middle."""
+
     def solids(
         self, T_base_camera: SE3, T_base_board: SE3
     ) -> tuple[NDArray[np.int16], NDArray[np.float32]]:

@@ -23,7 +23,7 @@ from aoicell.inspection.search import smoothed
 from aoicell.inspection.shown import silhouette
 from aoicell.inspection.standard import Standard, Tools, grey_noise
 from aoicell.inspection.templates import Template
-from aoicell.inspection.verdicts import lost, misfit, placed
+from aoicell.inspection.verdicts import lost, misfit, placed, reversed_part
 from aoicell.observation import Image
 
 _LEAST_USED = 0.5  # share of a template that has to be asked,
@@ -31,13 +31,12 @@ _LEAST_OF_SMALL, _SMALL = 0.9, 200  # and of one of so few pixels
 _MARGIN_PX = 3  # blur about what moved
 _MOVED_PX = 0.7  # less changes nothing about a part
 _FAR_STEPS = 15
+_LIKELY = 0.5
 _GOOD = 0.6  # a misfit, relative to its limit, that needs no rival
 _ELSEWHERE = 1.4  # of a part that lies elsewhere, a misfit with all pixels stays below this
 _ALIKE = 1.2  # times the misfit of the other way round
 _NEAR_PX, _NEAR_TURN = 2.5, np.radians(15)  # the first match finds what is no farther off
-_THROWN_PX = (
-    6  # about a part that is wrong, or was doubted and has moved, what differs belongs to it
-)
+_THROWN_PX = 8  # about what is wrong, or was doubted and has moved: its shadow and gleam, at most
 
 
 @dataclass(frozen=True)
@@ -88,14 +87,22 @@ class Comparison:
             covered[area.window] -= area.mask  # by others
             outcomes[id] = self._reconsidered(id, outcomes[id], covered)
             covered[area.window] += area.mask
+        turned = {
+            id: confidence
+            for id, outcome in outcomes.items()
+            if (confidence := self._turned(id, outcome, covered, moved.get(id))) > _LIKELY
+        }
         theirs = np.zeros_like(covered)
         for id in doubtful:
             if outcomes[id].match.moved_px > _MOVED_PX or not self._good(id, outcomes[id]):
-                area = self._disturbance(standard.tools[id].template, outcomes[id])
+                area = self._disturbance(standard.tools[id].template, outcomes[id], thrown=True)
                 theirs[area.window] |= area.mask
-        spots = [spot for spot in spots if not spot.mostly_near(theirs, _THROWN_PX)]
+        spots = [spot for spot in spots if not spot.mostly_in(theirs)]
         findings = {
-            id: self._finding(tools, outcomes.get(id)) for id, tools in standard.tools.items()
+            id: reversed_part(outcomes[id].match, tools.template, standard.view, turned[id])
+            if id in turned
+            else self._finding(tools, outcomes.get(id))
+            for id, tools in standard.tools.items()
         }
         foreign = foreign_objects(
             spots, standard.pattern.camera, standard.T_camera_board, standard.view
@@ -212,6 +219,22 @@ class Comparison:
         match = tools.matcher.at(self._picture, Place(), self._noise, ignored=ignored)
         return _Outcome(match, True) if self._fits(tools.template, match) else outcome
 
+    def _turned(
+        self, id: str, outcome: _Outcome, covered: NDArray[np.uint8], own: _Area | None
+    ) -> float:
+        """How probable it is that what seems good was put in the other way round; what covers it
+        in part is not asked.
+        """
+        tools = self._standard.tools[id]
+        if tools.half_turn is None or not self._good(id, outcome):
+            return 0.0
+        confidence = tools.half_turn.confidence(outcome.match)
+        if confidence > _LIKELY and own is None:
+            ignored = self._ignored(tools.template, covered)
+            match = tools.matcher.at(self._picture, Place(), self._noise, ignored=ignored)
+            confidence = tools.half_turn.confidence(match)
+        return confidence
+
     def _fits(self, template: Template, match: Match) -> bool:
         """Whether a match near its place is one, with indulgence for what shows its background."""
         config = self._standard.config.verdict
@@ -236,9 +259,15 @@ class Comparison:
         tolerance = self._standard.board.tolerance(template.component)
         return bool(np.hypot(*match.place.shift) > tolerance.shift)
 
-    def _disturbance(self, template: Template, outcome: _Outcome) -> _Area:
-        """Where the picture differs because of a component: its place, and where it is now."""
+    def _disturbance(
+        self, template: Template, outcome: _Outcome, thrown: bool = False
+    ) -> _Area:
+        """Where the picture differs because of a component: its place, and where it is now; with
+        what it has `thrown` about it, no farther than it is high.
+        """
         standard, component = self._standard, template.component
+        high_px = component.height * np.sqrt(abs(np.linalg.det(template.D)))
+        margin = _MARGIN_PX + (int(min(high_px, _THROWN_PX)) if thrown else 0)
         hull = self._hull(component)
         left, top = np.minimum(template.box[:2], hull.min(axis=0))
         right, bottom = np.maximum(template.box[2:], hull.max(axis=0) + 1)
@@ -250,14 +279,14 @@ class Comparison:
             left, top = np.minimum((left, top), hull.min(axis=0))
             right, bottom = np.maximum((right, bottom), hull.max(axis=0) + 1)
         height, width = self._picture.shape
-        rows = slice(max(top - _MARGIN_PX, 0), min(bottom + _MARGIN_PX, height))
-        columns = slice(max(left - _MARGIN_PX, 0), min(right + _MARGIN_PX, width))
+        rows = slice(max(top - margin, 0), min(bottom + margin, height))
+        columns = slice(max(left - margin, 0), min(right + margin, width))
         shown, number = standard.shown, template.number
         own = (shown.numbers[rows, columns] == number) | (shown.solids[rows, columns] == number)
         mask = own.astype(np.uint8)
         if outcome.fits:
             cv2.fillConvexPoly(mask, hull - [columns.start, rows.start], 1)
-        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _MARGIN_PX + 1,) * 2)
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * margin + 1,) * 2)
         return _Area((rows, columns), np.asarray(cv2.dilate(mask, disc), np.uint8))
 
     def _hull(self, component: Component) -> NDArray[np.int32]:

@@ -43,14 +43,10 @@ class Spot:
     strength: float
     mask: NDArray[np.bool_]
 
-    def mostly_near(self, area: NDArray[np.uint8], reach: int) -> bool:
-        """Whether half of it or more lies within `reach` px of an area (H, W) of the picture."""
+    def mostly_in(self, area: NDArray[np.uint8]) -> bool:
+        """Whether half of it or more lies in an area (H, W) of the picture."""
         left, top, right, bottom = self.box
-        above, before = min(top, reach), min(left, reach)
-        around = area[top - above : bottom + reach, left - before : right + reach]
-        grown = cv2.dilate(around, np.ones((2 * reach + 1,) * 2, np.uint8))
-        own = grown[above : above + bottom - top, before : before + right - left]
-        return bool((own[self.mask] > 0).mean() >= _MOST)
+        return bool((area[top:bottom, left:right][self.mask] > 0).mean() >= _MOST)
 
 
 class Foreign:
@@ -63,7 +59,7 @@ class Foreign:
         """`covered` (H, W): where components may be, within their tolerances."""
         self._mean, self._config = mean, config
         self._looked_at = (numbers == BARE) & ~covered
-        edges = config.edge_px * cv2.GaussianBlur(steepness(mean), (0, 0), 1.0)
+        edges = config.edge_px * steepness(cv2.blur(mean, (3, 3)))
         self._shot = np.sqrt(mean + 5)
         self._doubt = np.asarray(config.grey + config.sigmas * (edges + spread), np.float32)
 

@@ -47,6 +47,7 @@ class NoiseConfig:
 
     edge_px: float = 0.12
     texture: float = 0.03
+    wall: float = 0.3
     bared: float = 10.0
     background: float = 4.0
     seen_through: float = 0.4
@@ -68,7 +69,8 @@ class Place:
 @dataclass(frozen=True)
 class Match:
     """A component at a place, with the covariance (3, 3) of that (m, m, rad), and what is left over
-    in each pixel of its template, in sigma (n,), 0 where none was `asked`.
+    in each pixel of its template, in sigma (n,), by the `weights` (n,) of one over its variance,
+    0 where none was asked.
 
     Of these, `rms` is over all that were asked, and `worst` the mean of the worst twentieth.
     `moved_px` is how far it is from its place in the picture, turn included; `settled` whether the
@@ -79,7 +81,7 @@ class Match:
     place: Place
     covariance: Array
     z: Array
-    asked: NDArray[np.bool_]
+    weights: Array
     moved_px: float
     settled: bool
     strain: float
@@ -87,6 +89,11 @@ class Match:
     worst: float
     seen: Array
     values: Array
+
+    @property
+    def asked(self) -> NDArray[np.bool_]:
+        """The pixels (n,) that count."""
+        return self.weights > 0
 
     @property
     def correlation(self) -> float:
@@ -110,7 +117,8 @@ class Matcher:
         self._A = np.column_stack([*self._motion(slopes), t.values, np.ones(len(t.uv))])
         self._reach_px = float(np.sqrt((self._turning**2).sum(axis=1).mean()))
         self._steep = (t.slopes**2).sum(axis=1)
-        self._surface = (config.texture * t.values) ** 2 + t.spread**2
+        texture = np.where(t.wall, config.wall, config.texture)
+        self._surface = (texture * t.values) ** 2 + t.spread**2
         self._unknown = np.where(t.core | edge, 0.0, config.background) ** 2
         self._unknown[static] = np.inf
         lag = np.where(static, 1.0, config.seen_through * t.hollow)
@@ -171,8 +179,13 @@ class Matcher:
         strain = float(np.hypot(*(x[3:] / self._sigmas[3:])))
         return Match(
             Place((float(shift[0]), float(shift[1])), turn), inverse[:3, :3] * scale,
-            z, asked, moved_px, settled, strain, *leftover(z[asked]), r + t.values, t.values,
+            z, plain, moved_px, settled, strain, *leftover(z[asked]), r + t.values, t.values,
         )  # fmt: skip
+
+    @property
+    def jacobian(self) -> Array:
+        """How the grey values (n, 5) in its place change with shift, turn, gain and offset."""
+        return self._A
 
     def _gone(self, shift: Array, turn: float) -> float:
         """How far (px) the component's pixels move."""

@@ -14,6 +14,7 @@ from aoicell.inspection.absence import Absence, AbsenceConfig
 from aoicell.inspection.anchoring import anchored
 from aoicell.inspection.bare import bare_board
 from aoicell.inspection.foreign import Foreign, ForeignConfig
+from aoicell.inspection.half_turn import HalfTurn, HalfTurnConfig
 from aoicell.inspection.layers import Layer
 from aoicell.inspection.matching import Matcher, NoiseConfig
 from aoicell.inspection.planes import Plane
@@ -43,6 +44,7 @@ class InspectionConfig:
     search: SearchConfig = field(default_factory=SearchConfig)
     absence: AbsenceConfig = field(default_factory=AbsenceConfig)
     foreign: ForeignConfig = field(default_factory=ForeignConfig)
+    half_turn: HalfTurnConfig = field(default_factory=HalfTurnConfig)
     verdict: VerdictConfig = field(default_factory=VerdictConfig)
 
 
@@ -54,6 +56,7 @@ class Tools:
     matcher: Matcher
     search: Search
     absence: Absence
+    half_turn: HalfTurn | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,18 +102,17 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
     templates = templates_of(mean, spread, shown, board, camera, T, config.template)
     smooth = smoothed(mean)
     bare = bare_board(drawing, mean, shown) if drawing else None
-    tools = {
-        id: Tools(
+    tools = {}
+    for id, template in templates.items():
+        layer, tolerance = Layer(template, mean, bare, shown), board.tolerance(template.component)
+        matcher = Matcher(template, layer, tolerance, config.noise)
+        tools[id] = Tools(
             template,
-            Matcher(
-                template, Layer(template, mean, bare, shown),
-                board.tolerance(template.component), config.noise,
-            ),
+            matcher,
             Search(template, smooth, config.search),
             Absence(template, shown, config.absence, bare),
+            drawing and HalfTurn(template, matcher.jacobian, drawing, config.half_turn),
         )
-        for id, template in templates.items()
-    }  # fmt: skip
     foreign = Foreign(mean, spread, shown.numbers, _covered(shown), config.foreign)
     return Standard(reference.view, board, mean, shown, T, pattern, warp, tools, foreign, config)
 
@@ -131,7 +133,7 @@ def _drawing(reference: Reference, T: SE3) -> Drawing | None:
         return cv2.warpPerspective(plane, H, size, flags=flags, borderValue=(border,))
 
     return Drawing(
-        carried(drawn.bare, cv2.INTER_LINEAR),
+        *(carried(p, cv2.INTER_LINEAR) for p in (drawn.designed, drawn.turned, drawn.bare)),
         carried(drawn.numbers, cv2.INTER_NEAREST, BEYOND),
         carried(drawn.heights, cv2.INTER_NEAREST),
     )

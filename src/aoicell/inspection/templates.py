@@ -23,19 +23,21 @@ MOSTLY = 0.4  # share of a component that is seen of one that hardly anything st
 _BLUR_PX = 1.5  # so far a border is blurred
 _BORDER_PX = 2.5  # so far from a neighbour that is in its place to less than a pixel
 _LEAST_EVIDENCE = 0.25  # of what is seen of a component
+_ROUNDS = 5
+_BORDER_WALL = 2.0
 _TOP = 0.7  # of a round part's radius: clear of its flanks
 
 
 @dataclass(frozen=True)
 class TemplateConfig:
-    """Which pixels count: a `rim_px` of bare board, at most `most_px` of a component, evenly
-    thinned out, at least `least_px` of them. Side walls count where upper sides are fewer than
+    """Which pixels count: a `rim_px` of bare board, at most `most_px` of a component, thinned
+    out least where it is steep, at least `least_px` of them. Side walls count where upper sides are fewer than
     `few_px`; a component of which less than `least_share` is seen is not looked at. Along the edges
     of hollow parts, `parallax_px` show anything.
     """
 
     rim_px: int = 2
-    most_px: int = 1800
+    most_px: int = 1200
     least_px: int = 12
     few_px: int = 50
     least_share: float = 0.1
@@ -64,6 +66,7 @@ class Template:
     spread: Array
     inside: NDArray[np.bool_]
     core: NDArray[np.bool_]
+    wall: NDArray[np.bool_]
     arms: Array
     centre_px: Array
     D: Array
@@ -86,28 +89,45 @@ def templates_of(
         window = _window(shown, number, config.rim_px)
         if window is None or shown.shares[number] < config.least_share:
             continue
-        mask, depth, heights = _evidence(shown, window, number, board, config)
+        mask, wall, depth, heights = _evidence(shown, window, number, board, config)
         if board.tolerance(component).rotation >= np.pi:
             disc = _round(component, window, centre_px, D)
             mask, depth = mask & disc, depth * disc
         rows, columns = np.nonzero(mask)
         seen = int((depth > 0).sum())
-        if (depth[mask] > 0).sum() < max(config.least_px, _LEAST_EVIDENCE * seen):
+        evident = int((depth[mask & ~wall] > 0).sum())
+        if evident < max(config.least_px, _LEAST_EVIDENCE * seen):
             continue
-        keep = slice(None, None, -(-len(rows) // config.most_px))
+        weight = np.hypot(*steep[window][rows, columns].T)
+        hollow = component.kind in HOLLOW or shown.shares[number] < MOSTLY
+        if hollow:
+            keep = np.arange(0, len(rows), -(-len(rows) // 1800))
+        else:
+            keep = _telling(weight, config.most_px)
         rows, columns = rows[keep], columns[keep]
         inside, core = depth[rows, columns] > 0, depth[rows, columns] > _BLUR_PX
         at = (rows + window[0].start, columns + window[1].start)
         found[component.id] = Template(
             component, number,
             (window[1].start, window[0].start, window[1].stop, window[0].stop),
-            float(shown.shares[number] * (depth[mask] > 0).sum() / seen),
+            float(shown.shares[number] * evident / seen),
             np.column_stack([at[1], at[0]]).astype(np.float32),
             mean[at].astype(float), steep[at].astype(float), spread[at].astype(float),
-            inside, core if core.sum() >= config.least_px else inside,
+            inside, core if core.sum() >= config.least_px else inside, wall[rows, columns],
             _arms(component, at, heights[rows, columns], camera, T_camera_board), centre_px, D,
         )  # fmt: skip
     return found
+
+
+def _telling(steep: Array, most: int) -> NDArray[np.intp]:
+    """Which of the pixels (n,) to keep: all over, and the denser the steeper they are."""
+    if len(steep) <= most:
+        return np.arange(len(steep))
+    chances = steep.astype(float) + steep.mean(dtype=float)
+    for _ in range(_ROUNDS):  # none more than once
+        chances = np.minimum(chances, chances.sum() / most)
+    places = np.cumsum(chances) / chances.sum() * most
+    return np.unique(np.searchsorted(places, np.arange(most) + 0.5))
 
 
 def _round(
@@ -157,9 +177,9 @@ def _window(shown: Shown, number: int, margin: int) -> tuple[slice, slice] | Non
 def _evidence(
     shown: Shown, window: tuple[slice, slice], number: int, board: BoardDesign,
     config: TemplateConfig,
-) -> tuple[NDArray[np.bool_], Plane, Plane]:  # fmt: skip
-    """The pixels of a window (h, w) that tell of a component, how deep (px) in it they lie, and
-    how high (m) what they show of it is: about it, its edge.
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Plane, Plane]:  # fmt: skip
+    """The pixels of a window (h, w) that tell of a component, which of them are of its walls, how
+    deep (px) in it they lie, and how high (m) what they show of it is: about it, its edge.
     """
     pad = 16  # neighbours just outside the window count as well
     wide = tuple(
@@ -181,8 +201,11 @@ def _evidence(
     else:
         allowed &= _distance(~own) <= config.rim_px
     walls = own & ~shown.tops[wide]
+    border = np.zeros_like(walls)
     if (allowed & own & ~walls).sum() >= config.few_px:
-        allowed &= _distance(~walls) > 1
+        if component.kind not in HOLLOW and shown.shares[number] >= MOSTLY:
+            border = own & (_distance(~walls) <= 1) & (_distance(walls | ~own) <= _BORDER_WALL)
+        allowed &= (_distance(~walls) > 1) | border
     inner = tuple(
         slice(s.start - w.start, s.stop - w.start) for s, w in zip(window, wide, strict=True)
     )
@@ -190,7 +213,7 @@ def _evidence(
         (~own).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
     )
     heights = np.append(0, shown.heights[wide][own]).astype(np.float32)[nearest]
-    return allowed[inner], _distance(own)[inner], heights[inner]
+    return allowed[inner], border[inner], _distance(own)[inner], heights[inner]
 
 
 def _distance(mask: NDArray[np.bool_]) -> Plane:

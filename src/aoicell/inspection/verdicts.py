@@ -33,7 +33,7 @@ class VerdictConfig:
     forgiven: float = 0.15
     indulged: float = 0.015
     vague: float = 0.15
-    doubt: float = 1.0
+    doubt: float = 1.5
 
 
 def misfit(match: Match, config: VerdictConfig, forgiven: float = 0.0) -> float:
@@ -87,6 +87,14 @@ def placed(
     return Finding(
         template.component.id, state, shift, rotation, float(probability), view,
         template.box, template.visible, reason,
+    )  # fmt: skip
+
+
+def reversed_part(match: Match, template: Template, view: str, confidence: float) -> Finding:
+    """A component that lies in its place, but the other way round."""
+    return Finding(
+        template.component.id, "rotated", match.place.shift, np.pi, confidence, view,
+        template.box, template.visible, "what tells its two ways round is on the other side",
     )  # fmt: skip
 
 

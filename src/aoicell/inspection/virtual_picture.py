@@ -15,12 +15,14 @@ BEYOND = -3  # in place of a component's number, where nothing was drawn
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A design as drawn for a view. `bare` (H, W): the grey picture of the board with nothing on
-    it; `numbers` (H, W): which component in the board's list is seen there otherwise, -1 for
+    """A design as drawn for a view: grey pictures (H, W) of the board as it is designed, with each
+    component turned by half, and with nothing on it. `numbers` (H, W): which component in the board's list is seen there otherwise, -1 for
     anything else, `BEYOND` where the drawing ends; `heights` (H, W): that surface over the
     laminate (m).
     """
 
+    designed: Image
+    turned: Image
     bare: Image
     numbers: NDArray[np.int16]
     heights: NDArray[np.float32]
@@ -49,7 +51,7 @@ def drawing(
     T_base_camera: SE3,
     T_camera_board: SE3,
 ) -> Drawing:
-    """What such a picture shows, and would show without components."""
+    """What such a picture shows, and what it would show of a board put together otherwise."""
     poses = T_base_camera, T_base_camera * T_camera_board
     numbers, depths = renderer.solids(*poses)
     v, u = np.mgrid[: designed.height, : designed.width]
@@ -58,16 +60,16 @@ def drawing(
     rise = pixels @ (np.linalg.inv(designed.K).T @ upwards)
     heights = (depths * rise - upwards @ T_camera_board.translation).astype(np.float32)
     maps = _carried(designed, camera)
+
+    def seen(picture: Image) -> Image:
+        replicated = cv2.BORDER_REPLICATE
+        carried = cv2.remap(to_grey(picture), *maps, cv2.INTER_LINEAR, borderMode=replicated)
+        return np.asarray(carried, np.uint8)
+
     return Drawing(
-        np.asarray(
-            cv2.remap(
-                to_grey(renderer.bare(*poses)),
-                *maps,
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            ),
-            np.uint8,
-        ),
+        seen(renderer.render(*poses)),
+        seen(renderer.half_turned(*poses)),
+        seen(renderer.bare(*poses)),
         np.asarray(cv2.remap(numbers, *maps, cv2.INTER_NEAREST, borderValue=(BEYOND,)), np.int16),
         np.asarray(cv2.remap(heights, *maps, cv2.INTER_NEAREST), np.float32),
     )

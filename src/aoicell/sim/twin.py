@@ -65,6 +65,22 @@ class NominalTwin:
         finally:
             alpha[:] = designed
 
+    def half_turned(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
+        """The same picture with each component turned by half about its own middle."""
+        model, numbers = self._model, self._shows[:-1]
+        parts = np.flatnonzero(numbers >= 0)
+        places, turns = model.geom_pos[parts].copy(), model.geom_quat[parts].copy()
+        components = self._nominal.board.components
+        middles = np.array([(components[n].x, components[n].y) for n in numbers[parts]])
+        model.geom_sameframe[parts] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
+        model.geom_pos[parts, :2] = 2 * middles - places[:, :2]
+        w, x, y, z = turns.T
+        model.geom_quat[parts] = np.column_stack([-z, -y, x, w])  # a half turn about z before it
+        try:
+            return self.render(T_base_camera, T_base_board)
+        finally:
+            model.geom_pos[parts], model.geom_quat[parts] = places, turns
+
     def solids(
         self, T_base_camera: SE3, T_base_board: SE3
     ) -> tuple[NDArray[np.int16], NDArray[np.float32]]:

@@ -11,6 +11,8 @@ from aoicell.targets.located_layout import Layout, LayoutConfig, LocatedLayout, 
 from aoicell.targets.pose import solve_pose
 from aoicell.transforms import SE3, Array
 
+_CLEARLY = 3.0  # times the noise, by which it shows which of several markers disagrees
+
 
 def solved(uvs: Mapping[str, Array], layout: Layout, camera: Camera) -> LocatedLayout:
     """The pose of these markers."""
@@ -34,7 +36,8 @@ def consistent(
         others = solved({id: uv for id, uv in uvs.items() if id != out}, layout, camera)
         if others.noise_px <= most:
             agreed.append(replace(others, left_out=(out,)))
-    if len(agreed) == 1:
+    agreed.sort(key=lambda others: others.noise_px)
+    if len(agreed) == 1 or (agreed and agreed[1].noise_px > _CLEARLY * agreed[0].noise_px):
         return agreed[0]
     accepted = min(config.max_rms_px, most)
     raise Refused(
