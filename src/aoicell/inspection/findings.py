@@ -1,10 +1,11 @@
 """What an inspection says: of each component, of what does not belong there, of the board."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from aoicell.inspection.registration import FineRegistration
+from aoicell.transforms import Array
 
 State = Literal["present", "absent", "shifted", "rotated", "wrong_part", "no_verdict"]
 Verdict = Literal["pass", "fail", "no_verdict"]
@@ -18,7 +19,9 @@ class Finding:
     `shift` (x, y) in the board's frame (m) and `rotation` (rad) are measured against the
     reference; zero where nothing was measured. `confidence`, 0 to 1, is how probable the state is
     against its alternatives by the noise model. `area_px` is where the component is shown, in the
-    reference's pixels, and `visible` the share of it that is to be seen there.
+    reference's pixels, and `visible` the share of it that is to be seen there. `covariance` (3, 3)
+    of shift and rotation (m, m, rad) where they were measured, and `fit` how probable it is that
+    the part looks as it should.
     """
 
     component: str
@@ -30,6 +33,8 @@ class Finding:
     area_px: Box = (0, 0, 0, 0)
     visible: float = 0.0
     reason: str = ""
+    covariance: Array | None = field(default=None, compare=False, repr=False)
+    fit: float = 1.0
 
     @property
     def is_defect(self) -> bool:

@@ -8,11 +8,11 @@ from aoicell.errors import InputError, did_you_mean
 from aoicell.inspection.comparison import Comparison, unjudged
 from aoicell.inspection.findings import (
     BoardInspection,
-    Finding,
     ForeignObject,
     Verdict,
     ViewInspection,
 )
+from aoicell.inspection.fusion import fused
 from aoicell.inspection.references import Reference
 from aoicell.inspection.registration import FineRegistration, register
 from aoicell.inspection.standard import InspectionConfig, standard_of
@@ -38,7 +38,7 @@ def inspect_board(
             hint = did_you_mean(view, references)
             raise InputError(f"view {view}: there is no reference of it; {hint}")
         inspections.append(inspect_view(image, references[view], board, config))
-    return together(inspections, board)
+    return together(inspections, board, config)
 
 
 def inspect_view(
@@ -75,13 +75,17 @@ def register_2d(
     return register(new, standard.pattern, camera or reference.camera)
 
 
-def together(inspections: Sequence[ViewInspection], board: BoardDesign) -> BoardInspection:
-    """The views of one board as one: each component as the view has it that shows it best."""
+def together(
+    inspections: Sequence[ViewInspection], board: BoardDesign, config: InspectionConfig = STANDARD
+) -> BoardInspection:
+    """The views of one board as one: each component as the view has it that shows it best, where
+    it is by all views.
+    """
     components: dict[str, Finding] = {}
     for component in board.components:
         found = [i.findings[component.id] for i in inspections if component.id in i.findings]
         if found:
-            components[component.id] = max(found, key=_worth)
+            components[component.id] = fused(found, board.tolerance(component), config.verdict)
     foreign = _distinct([spot for inspection in inspections for spot in inspection.foreign])
     states = {finding.state for finding in components.values()}
     verdict: Verdict = "pass"
@@ -92,11 +96,6 @@ def together(inspections: Sequence[ViewInspection], board: BoardDesign) -> Board
     registrations = {i.view: i.registration for i in inspections}
     hidden = tuple(c.id for c in board.components if c.id not in components)
     return BoardInspection(verdict, components, foreign, registrations, hidden)
-
-
-def _worth(finding: Finding) -> tuple[bool, float]:
-    """A verdict comes before none, then what is seen most of."""
-    return finding.state != "no_verdict", finding.visible
 
 
 def _distinct(spots: Sequence[ForeignObject]) -> tuple[ForeignObject, ...]:

@@ -9,6 +9,7 @@ from aoicell.board import Tolerance
 from aoicell.inspection.findings import Finding, State
 from aoicell.inspection.matching import Match, leftover
 from aoicell.inspection.templates import Template
+from aoicell.transforms import Array
 
 _FORGIVEN_STRAIN = 2.0  # times, of what was found turned: light falls on other faces of it
 
@@ -49,6 +50,49 @@ def misfit(match: Match, config: VerdictConfig, forgiven: float = 0.0) -> float:
     return max(rms / config.rms, worst / config.worst, strain)
 
 
+@dataclass(frozen=True)
+class Located:
+    """What a place means, how probable that is, and why; `elsewhere` where it is not allowed."""
+
+    state: State
+    probability: float
+    reason: str
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether it is beyond the tolerance."""
+        return self.state != "present"
+
+
+def located(
+    shift: tuple[float, float], rotation: float, covariance: Array, tolerance: Tolerance,
+    config: VerdictConfig,
+) -> Located:  # fmt: skip
+    """Whether a part that was measured there (m, rad), with this covariance (3, 3), is present,
+    shifted or rotated.
+    """
+    moved = float(np.hypot(*shift))
+    along = np.array(shift) / moved if moved > 0 else np.array([1.0, 0.0])
+    sigma = float(np.sqrt(along @ covariance[:2, :2] @ along)) + 1e-9
+    sigma_turn = float(np.sqrt(covariance[2, 2])) + 1e-9
+    beyond = (moved - tolerance.shift) / sigma
+    beyond_turn = (abs(rotation) - tolerance.rotation) / sigma_turn
+    if tolerance.rotation >= np.pi:
+        beyond_turn = -np.inf
+    doubt = config.doubt * (sigma > config.vague * tolerance.shift)
+    doubt_turn = config.doubt * (sigma_turn > config.vague * tolerance.rotation)
+    within = float(ndtr(-beyond) * ndtr(-beyond_turn))
+    off, turned = beyond > doubt, beyond_turn > doubt_turn
+    if turned and not (off and moved / tolerance.shift >= abs(rotation) / tolerance.rotation):
+        turn, most = np.degrees([rotation, tolerance.rotation])
+        reason = f"turned by {turn:.1f} deg, {most:.1f} deg are accepted"
+        return Located("rotated", 1 - within, reason)
+    if off:
+        reason = f"{moved * 1e3:.2f} mm off, {tolerance.shift * 1e3:.2f} mm are accepted"
+        return Located("shifted", 1 - within, reason)
+    return Located("present", within, "")
+
+
 def placed(
     match: Match, template: Template, tolerance: Tolerance, view: str, config: VerdictConfig
 ) -> Finding:
@@ -58,35 +102,12 @@ def placed(
     covariance of its place, and that it would fit again in another picture.
     """
     shift, rotation = match.place.shift, match.place.rotation
-    moved = float(np.hypot(*shift))
-    along = np.array(shift) / moved if moved > 0 else np.array([1.0, 0.0])
-    sigma = float(np.sqrt(along @ match.covariance[:2, :2] @ along)) + 1e-9
-    sigma_turn = float(np.sqrt(match.covariance[2, 2])) + 1e-9
-    beyond = (moved - tolerance.shift) / sigma
-    beyond_turn = (abs(rotation) - tolerance.rotation) / sigma_turn
-    if tolerance.rotation >= np.pi:
-        beyond_turn = -np.inf
-    doubt = config.doubt * (sigma > config.vague * tolerance.shift)
-    doubt_turn = config.doubt * (sigma_turn > config.vague * tolerance.rotation)
-    elsewhere = beyond > doubt or beyond_turn > doubt_turn
-    times = max(misfit(match, config, config.forgiven if elsewhere else 0.0), 0.1)
-    fits = ndtr((1 - times) / (config.spread * times))
-    state: State = "present"
-    reason = ""
-    if beyond_turn > doubt_turn and (abs(rotation) / tolerance.rotation > moved / tolerance.shift):
-        state = "rotated"
-        reason = (
-            f"turned by {np.degrees(rotation):.1f} deg, {np.degrees(tolerance.rotation):.1f} deg"
-            " are accepted"
-        )
-    elif beyond > doubt:
-        state = "shifted"
-        reason = f"{moved * 1e3:.2f} mm off, {tolerance.shift * 1e3:.2f} mm are accepted"
-    within = ndtr(-beyond) * ndtr(-beyond_turn)
-    probability = fits * (within if state == "present" else 1 - within)
+    verdict = located(shift, rotation, match.covariance, tolerance, config)
+    times = max(misfit(match, config, config.forgiven if verdict.elsewhere else 0.0), 0.1)
+    fit = float(ndtr((1 - times) / (config.spread * times)))
     return Finding(
-        template.component.id, state, shift, rotation, float(probability), view,
-        template.box, template.visible, reason,
+        template.component.id, verdict.state, shift, rotation, fit * verdict.probability, view,
+        template.box, template.visible, verdict.reason, match.covariance, fit,
     )  # fmt: skip
 
 
