@@ -19,7 +19,7 @@ from aoicell.inspection.templates import Template
 from aoicell.transforms import Array
 
 _FREEDOM = 2.0  # times its tolerance a part may be off, one sigma
-_STILL_PX = 0.1  # a step so small is exact enough without another
+_STILL_PX = 0.2  # a step so small is exact enough without another
 _TURN_LIMIT = 0.1  # rad a step
 _DISBELIEF = 4.0  # Cauchy: pixels off by two sigma count half,
 _CREDIT = 400.0  # at first by twenty: an edge that is still off has to pull
@@ -116,13 +116,15 @@ class Matcher:
         slopes[edge] = layer.slopes(layer.behind(t.uv[edge]))
         self._A = np.column_stack([*self._motion(slopes), t.values, np.ones(len(t.uv))])
         self._reach_px = float(np.sqrt((self._turning**2).sum(axis=1).mean()))
-        self._steep = (t.slopes**2).sum(axis=1)
+        steep = (t.slopes**2).sum(axis=1)
+        self._edges = steep * config.edge_px**2
+        self._white = np.flatnonzero(t.values > _WHITE)
         texture = np.where(t.wall, config.wall, config.texture)
         self._surface = (texture * t.values) ** 2 + t.spread**2
         self._unknown = np.where(t.core | edge, 0.0, config.background) ** 2
         self._unknown[static] = np.inf
         lag = np.where(static, 1.0, config.seen_through * t.hollow)
-        self._lag = lag**2 * np.where(static, np.minimum(self._steep, _PRINT**2), self._steep)
+        self._lag = lag**2 * np.where(static, np.minimum(steep, _PRINT**2), steep)
         self._lag[edge] = (config.bared * (1 - layer.alphas)) ** 2
         # what the pixels do not tell, as the shift of a bar along itself, stays near the place
         offset = config.offset + config.gloss * float(np.percentile(t.values, 90))
@@ -141,22 +143,23 @@ class Matcher:
         from its place may be covered in part: what disagrees counts little in where it is.
         """
         t = self.template
-        counted = np.ones(len(t.uv), bool) if ignored is None else ~ignored
         grey = self._surface + noise * (t.values + _DARK)
+        if ignored is not None:
+            grey[ignored] = np.inf
         shift, turn = np.array(place.shift), place.rotation
         limit = 2 / np.sqrt(abs(np.linalg.det(t.D)))  # two pixels a step
-        belief = np.ones(len(t.uv))
+        belief: Array | None = None
         for step in range(steps + 1):
             gone = self._gone(shift, turn)
             here = Place((float(shift[0]), float(shift[1])), turn)
             A, seen, values = self._expected(picture, here, gone > APART_PX)
             r = seen - values
-            edges = self._steep * self._config.edge_px**2
+            edges = self._edges
             if gone > APART_PX:  # resampled twice, and with other surroundings
                 edges = 4 * edges + self._unknown
-            plain = counted / (grey + edges + self._lag * min(gone, APART_PX) ** 2)
-            plain[np.minimum(seen, t.values) > _WHITE] = 0
-            weights = plain * belief
+            plain = 1 / (grey + edges + self._lag * min(gone, APART_PX) ** 2)
+            plain[self._white[seen[self._white] > _WHITE]] = 0
+            weights = plain if belief is None else plain * belief
             inverse = np.linalg.inv((A * weights[:, None]).T @ A + np.diag(self._sigmas**-2))
             gone_by = shift - place.shift, turn - place.rotation
             back = np.array([*(_turned(turn).T @ gone_by[0]), gone_by[1], 0, 0]) / self._sigmas**2
@@ -165,12 +168,14 @@ class Matcher:
             move = x[:2] * min(1.0, limit / (np.hypot(*x[:2]) + 1e-12))
             shift = shift + _turned(turn) @ move
             turn += float(np.clip(x[2], -_TURN_LIMIT, _TURN_LIMIT))
-            z = (r - A @ x) * np.sqrt(plain)
-            hopeless = moved and step >= _PATIENCE and float(np.median(np.abs(z))) > _HOPELESS
-            if settled or hopeless or step == steps:
+            if settled or step == steps:
                 break
             if moved:  # what lies about it is not what lay about its place
-                belief = 1 / (1 + z**2 / max(_DISBELIEF, _CREDIT / 4**step))
+                squares = (r - A @ x) ** 2 * plain
+                if step >= _PATIENCE and float(np.median(squares)) > _HOPELESS**2:
+                    break
+                belief = 1 / (1 + squares / max(_DISBELIEF, _CREDIT / 4**step))
+        z = (r - A @ x) * np.sqrt(plain)
         asked = plain > 0
         count = max(int(asked.sum()), 1)
         scale = max(float((z**2).sum() / count), 1.0)

@@ -20,14 +20,15 @@ SMOOTHING_PX = 1.2
 
 @dataclass(frozen=True)
 class SearchConfig:
-    """`reach` (m) of the shifts, in steps of `step_px`; turns in steps of `turn`, with shifts up
-    to `turned_reach` (m). At most `pixels` of a template are asked; `best` places are kept.
+    """`reach` (m) of the shifts, in steps of `step_px`, of templates up to `small` pixels half of
+    that; turns in steps of `turn`, with shifts up to `turned_reach` (m). At most `pixels` of a template are asked; `best` places are kept.
     """
 
     reach: float = 5.5e-3
     step_px: float = 2.0
     turn: float = np.radians(7.5)
     turned_reach: float = 0.5e-3
+    small: int = 150
     pixels: int = 100
     best: int = 6
 
@@ -41,6 +42,7 @@ class Search:
         own = template.uv[template.inside]  # what is about it stays where it is
         keep = np.linspace(0, len(own) - 1, min(config.pixels, len(own)))
         uv = own[keep.astype(int)]
+        self._step_px = config.step_px if len(own) > config.small else config.step_px / 2
         self._arms = (uv - template.centre_px) @ np.linalg.inv(template.D).T
         values = smooth[uv[:, 1].astype(int), uv[:, 0].astype(int)].astype(float)
         values -= values.mean()
@@ -54,8 +56,8 @@ class Search:
         """
         config = self._config
         scale = float(np.sqrt(abs(np.linalg.det(self._t.D))))
-        slid = _grid(around, config.step_px / scale)
-        near = _grid(min(around, config.turned_reach), config.step_px / scale)
+        slid = _grid(around, self._step_px / scale)
+        near = _grid(min(around, config.turned_reach), self._step_px / scale)
         count = int(min(most_turn, np.pi) / config.turn + 1e-9)
         turns = config.turn * np.array([n for n in range(-count, count + 1) if n])
         tries = np.concatenate(
