@@ -15,7 +15,8 @@ from aoicell.inspection.planes import Plane
 from aoicell.inspection.templates import Template
 from aoicell.transforms import Array
 
-SMOOTHING_PX = 1.2
+SMOOTHING_PX = 0.5
+_MOST = 20.0
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,7 @@ class Search:
         self._step_px = config.step_px if len(own) > config.small else config.step_px / 2
         self._arms = (uv - template.centre_px) @ np.linalg.inv(template.D).T
         values = smooth[uv[:, 1].astype(int), uv[:, 0].astype(int)].astype(float)
-        values -= values.mean()
-        self._values = (values / (np.linalg.norm(values) + 1e-9)).astype(np.float32)
+        self._values = values.astype(np.float32)
 
     def places(
         self, smooth: Plane, around: float, most_turn: float = np.pi, least: float = 0.0
@@ -68,8 +68,7 @@ class Search:
         found: list[Place] = []
         if not len(tries):
             return found
-        score = self._correlation(smooth, tries)
-        for index in np.argsort(-score):
+        for index in np.argsort(self._differences(smooth, tries)):
             x, y, turn = tries[index]
             if all(self._apart(tries[index], other, scale) for other in found):
                 found.append(Place((float(x), float(y)), float(turn)))
@@ -83,8 +82,8 @@ class Search:
         turn = abs((a[2] - b.rotation + np.pi) % (2 * np.pi) - np.pi)
         return bool(apart_px > 2.5 * self._config.step_px or turn > 1.5 * self._config.turn)
 
-    def _correlation(self, smooth: Plane, tries: Array) -> NDArray[np.float64]:
-        """Of the template with the picture at K places (K, 3)."""
+    def _differences(self, smooth: Plane, tries: Array) -> NDArray[np.float64]:
+        """Of the template and the picture at K places (K, 3), in the mean."""
         c, s = np.cos(tries[:, 2]), np.sin(tries[:, 2])
         x, y = self._arms.T
         X = c[:, None] * x - s[:, None] * y + tries[:, :1]
@@ -92,10 +91,8 @@ class Search:
         D, (u, v) = self._t.D, self._t.centre_px
         at = (D[0, 0] * X + D[0, 1] * Y + u, D[1, 0] * X + D[1, 1] * Y + v)
         columns, rows = (a.astype(np.float32) for a in at)
-        values = np.asarray(cv2.remap(smooth, columns, rows, cv2.INTER_LINEAR))
-        values = values - values.mean(axis=1, keepdims=True)
-        norms = np.sqrt(np.einsum("kn,kn->k", values, values)) + 1e-3
-        return np.asarray(values @ self._values / norms, float)
+        seen = np.asarray(cv2.remap(smooth, columns, rows, cv2.INTER_LINEAR))
+        return np.minimum(np.abs(seen - self._values), _MOST).mean(axis=1)
 
 
 def smoothed(picture: Plane) -> Plane:
