@@ -19,7 +19,6 @@ from aoicell.inspection.foreign import Spot, foreign_objects
 from aoicell.inspection.matching import APART_PX, Match, Place
 from aoicell.inspection.planes import Plane
 from aoicell.inspection.registration import FineRegistration
-from aoicell.inspection.search import smoothed
 from aoicell.inspection.shown import silhouette
 from aoicell.inspection.standard import Standard, Tools, grey_noise
 from aoicell.inspection.templates import Template
@@ -66,8 +65,6 @@ class Comparison:
         if self._outside.any():
             picture[self._outside] = standard.mean[self._outside]
         self._picture = picture
-        self._smooth: Plane | None = None
-
     def inspection(self) -> ViewInspection:
         """The findings of the view."""
         standard = self._standard
@@ -138,19 +135,17 @@ class Comparison:
         lie there.
         """
         config = self._standard.config
-        if self._smooth is None:
-            self._smooth = smoothed(self._picture)
         tolerance = self._standard.board.tolerance(tools.template.component)
         scale = np.sqrt(abs(np.linalg.det(tools.template.D)))
         if tolerance.shift * scale > _NEAR_PX or tolerance.rotation > _NEAR_TURN:
-            allowed = tools.search.places(self._smooth, tolerance.shift, tolerance.rotation)
+            allowed = tools.search.places(self._picture, tolerance.shift, tolerance.rotation)
             best = self._best(tools, home, allowed, 0.0)
             if best.fits:
                 return best
         part = tools.template.component
         bare = tools.absence(self._picture, self._standard.mean)
         least = min(part.width, part.depth) / 2 if bare else 0.0
-        anywhere = tools.search.places(self._smooth, config.search.reach, least=least)
+        anywhere = tools.search.places(self._picture, config.search.reach, least=least)
         return self._best(tools, home, anywhere, config.verdict.forgiven)
 
     def _best(

@@ -1,7 +1,6 @@
-"""Where a component may have gone: its template tried in many places of a smoothed picture at once.
+"""Where a component may have gone: its template tried in many places of a picture at once.
 
-Normalised correlation of few pixels, in a grid of shifts and in all turns; what correlates best is
-for the fine match to judge.
+Few pixels, in a grid of shifts and in all turns; where they differ least, the fine match judges.
 """
 
 from dataclasses import dataclass
@@ -15,8 +14,7 @@ from aoicell.inspection.planes import Plane
 from aoicell.inspection.templates import Template
 from aoicell.transforms import Array
 
-SMOOTHING_PX = 0.5
-_MOST = 20.0
+_MOST = 20.0  # grey values: beyond that a pixel shows something else
 
 
 @dataclass(frozen=True)
@@ -37,21 +35,21 @@ class SearchConfig:
 class Search:
     """A template ready to be looked for; made once for a reference."""
 
-    def __init__(self, template: Template, smooth: Plane, config: SearchConfig) -> None:
-        """`smooth` is the reference's picture, as `smoothed` makes it."""
+    def __init__(self, template: Template, picture: Plane, config: SearchConfig) -> None:
+        """`picture` is the reference's."""
         self._t, self._config = template, config
         own = template.uv[template.inside]  # what is about it stays where it is
         keep = np.linspace(0, len(own) - 1, min(config.pixels, len(own)))
         uv = own[keep.astype(int)]
         self._step_px = config.step_px if len(own) > config.small else config.step_px / 2
         self._arms = (uv - template.centre_px) @ np.linalg.inv(template.D).T
-        values = smooth[uv[:, 1].astype(int), uv[:, 0].astype(int)].astype(float)
+        values = picture[uv[:, 1].astype(int), uv[:, 0].astype(int)].astype(float)
         self._values = values.astype(np.float32)
 
     def places(
-        self, smooth: Plane, around: float, most_turn: float = np.pi, least: float = 0.0
+        self, picture: Plane, around: float, most_turn: float = np.pi, least: float = 0.0
     ) -> list[Place]:
-        """The best places in a smoothed picture, shifted `around` (m) at most, or turned; shifted
+        """The best places in a picture, shifted `around` (m) at most, or turned; shifted
         `least` (m) at least.
         """
         config = self._config
@@ -68,7 +66,7 @@ class Search:
         found: list[Place] = []
         if not len(tries):
             return found
-        for index in np.argsort(self._differences(smooth, tries)):
+        for index in np.argsort(self._differences(picture, tries)):
             x, y, turn = tries[index]
             if all(self._apart(tries[index], other, scale) for other in found):
                 found.append(Place((float(x), float(y)), float(turn)))
@@ -82,7 +80,7 @@ class Search:
         turn = abs((a[2] - b.rotation + np.pi) % (2 * np.pi) - np.pi)
         return bool(apart_px > 2.5 * self._config.step_px or turn > 1.5 * self._config.turn)
 
-    def _differences(self, smooth: Plane, tries: Array) -> NDArray[np.float64]:
+    def _differences(self, picture: Plane, tries: Array) -> NDArray[np.float64]:
         """Of the template and the picture at K places (K, 3), in the mean."""
         c, s = np.cos(tries[:, 2]), np.sin(tries[:, 2])
         x, y = self._arms.T
@@ -91,13 +89,8 @@ class Search:
         D, (u, v) = self._t.D, self._t.centre_px
         at = (D[0, 0] * X + D[0, 1] * Y + u, D[1, 0] * X + D[1, 1] * Y + v)
         columns, rows = (a.astype(np.float32) for a in at)
-        seen = np.asarray(cv2.remap(smooth, columns, rows, cv2.INTER_LINEAR))
+        seen = np.asarray(cv2.remap(picture, columns, rows, cv2.INTER_LINEAR))
         return np.minimum(np.abs(seen - self._values), _MOST).mean(axis=1)
-
-
-def smoothed(picture: Plane) -> Plane:
-    """The picture that a search looks at."""
-    return np.asarray(cv2.GaussianBlur(picture, (0, 0), SMOOTHING_PX), np.float32)
 
 
 def _grid(reach: float, step: float) -> Array:

@@ -25,7 +25,7 @@ from aoicell.inspection.registration import (
     pattern_of,
     register,
 )
-from aoicell.inspection.search import Search, SearchConfig, smoothed
+from aoicell.inspection.search import Search, SearchConfig
 from aoicell.inspection.shown import BARE, Shown, shown_by
 from aoicell.inspection.templates import Template, TemplateConfig, templates_of
 from aoicell.inspection.verdicts import VerdictConfig
@@ -100,7 +100,6 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
     warp = Warp(camera, T, shown)
     mean, spread = _golden(reference, pattern, warp)
     templates = templates_of(mean, spread, shown, board, camera, T, config.template)
-    smooth = smoothed(mean)
     bare = bare_board(drawing, mean, shown) if drawing else None
     tools = {}
     for id, template in templates.items():
@@ -109,7 +108,7 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
         tools[id] = Tools(
             template,
             matcher,
-            Search(template, smooth, config.search),
+            Search(template, mean, config.search),
             Absence(template, shown, config.absence, bare),
             drawing and HalfTurn(template, matcher.jacobian, drawing, config.half_turn),
         )
