@@ -138,7 +138,13 @@ def flat_reference(plane: Array) -> Reference:
     return Reference("flat", (photograph(plane),), T_CAMERA_BOARD, CAMERA)
 
 
-def flat_drawing(design: BoardDesign, bare: Image, T_camera_board: SE3 = T_CAMERA_BOARD) -> Drawing:
-    """The flat board as it would be drawn, with a picture of it without its parts."""
+def flat_drawing(
+    design: BoardDesign, bare: Image, T_camera_board: SE3 = T_CAMERA_BOARD,
+    ways: tuple[Image, Image] | None = None,
+) -> Drawing:  # fmt: skip
+    """The flat board as it would be drawn, with a picture of it without its parts; `ways`: with
+    its parts as they should be, and turned by half. Without, nothing tells one from the other.
+    """
     shown = shown_by(design, CAMERA, T_camera_board)
-    return Drawing(bare, np.maximum(shown.numbers, -1), shown.heights)
+    designed, turned = ways or (bare, bare)
+    return Drawing(designed, turned, bare, np.maximum(shown.numbers, -1), shown.heights)

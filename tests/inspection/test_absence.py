@@ -66,7 +66,8 @@ def test_a_view_without_bare_board_does_without_the_drawn_one() -> None:
     design = board(component("U1", "chip", 0, 0, (200, 200, 1)), size_mm=(210, 210))
     shown = shown_by(design, camera, T)
     plane = np.zeros((240, 320), np.float32)
-    drawing = Drawing(plane.astype(np.uint8), shown.numbers, shown.heights)
+    black = plane.astype(np.uint8)
+    drawing = Drawing(black, black, black, shown.numbers, shown.heights)
     assert (shown.numbers == 0).all()
     assert bare_board(drawing, plane, shown) is None
 

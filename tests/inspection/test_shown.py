@@ -135,7 +135,8 @@ def test_a_drawing_knows_shapes_that_are_no_boxes(shown: Shown) -> None:
     numbers[outside], heights[outside] = -1, 0
     numbers[at(shown, DOWN, 0, -25, 15)] = number("D")
     numbers[:, :100] = BEYOND
-    drawing = Drawing(np.zeros((600, 800), np.uint8), numbers, heights)
+    black = np.zeros((600, 800), np.uint8)
+    drawing = Drawing(black, black, black, numbers, heights)
     exact = shown_by(BOARD, CAMERA, DOWN, drawing)
     assert outside[:, 100:].sum() > 20
     assert (exact.numbers[:, 100:][outside[:, 100:]] == BARE).all()
@@ -149,6 +150,7 @@ def test_a_drawing_knows_shapes_that_are_no_boxes(shown: Shown) -> None:
 
 def test_a_drawing_of_another_board_is_refused() -> None:
     numbers = np.full((600, 800), 17, np.int16)
-    drawing = Drawing(np.zeros((600, 800), np.uint8), numbers, np.zeros((600, 800), np.float32))
+    black = np.zeros((600, 800), np.uint8)
+    drawing = Drawing(black, black, black, numbers, np.zeros((600, 800), np.float32))
     with pytest.raises(InputError, match="component number 17, but the board has 6; draw this"):
         shown_by(BOARD, CAMERA, DOWN, drawing)

@@ -31,6 +31,9 @@ class Dots:
             picture[(u - at[0]) ** 2 + (v - at[1]) ** 2 < 7**2] = 200
         return picture
 
+    def half_turned(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
+        return np.full((DESIGNED.height, DESIGNED.width, 3), 120, np.uint8)
+
     def bare(self, T_base_camera: SE3, T_base_board: SE3) -> Image:
         return np.full((DESIGNED.height, DESIGNED.width, 3), 90, np.uint8)
 

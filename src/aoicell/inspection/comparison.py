@@ -6,20 +6,17 @@ asked once more without what is explained by others.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from aoicell.board import Component
+from aoicell.inspection.disturbance import MARGIN_PX, Area, disturbed
 from aoicell.inspection.findings import Finding, ViewInspection
 from aoicell.inspection.foreign import Spot, foreign_objects
 from aoicell.inspection.matching import APART_PX, Match, Place
-from aoicell.inspection.planes import Plane
 from aoicell.inspection.registration import FineRegistration
-from aoicell.inspection.shown import silhouette
 from aoicell.inspection.standard import Standard, Tools, grey_noise
 from aoicell.inspection.templates import Template
 from aoicell.inspection.verdicts import lost, misfit, placed, reversed_part
@@ -27,7 +24,6 @@ from aoicell.observation import Image
 
 _LEAST_USED = 0.5  # share of a template that has to be asked,
 _LEAST_OF_SMALL, _SMALL = 0.9, 200  # and of one of so few pixels
-_MARGIN_PX = 3  # blur about what moved
 _MOVED_PX = 0.7  # less changes nothing about a part
 _FAR_STEPS = 15
 _LIKELY = 0.5
@@ -35,7 +31,6 @@ _GOOD = 0.6  # a misfit, relative to its limit, that needs no rival
 _ELSEWHERE = 1.4  # of a part that lies elsewhere, a misfit with all pixels stays below this
 _ALIKE = 1.2  # times the misfit of the other way round
 _NEAR_PX, _NEAR_TURN = 2.5, np.radians(15)  # the first match finds what is no farther off
-_THROWN_PX = 8  # about what is wrong, or was doubted and has moved: its shadow and gleam, at most
 
 
 @dataclass(frozen=True)
@@ -44,14 +39,6 @@ class _Outcome:
 
     match: Match
     fits: bool
-
-
-@dataclass(frozen=True)
-class _Area:
-    """Part of the picture: a window of it, and a mask (h, w) of ones in that."""
-
-    window: tuple[slice, slice]
-    mask: NDArray[np.uint8]
 
 
 class Comparison:
@@ -65,17 +52,18 @@ class Comparison:
         if self._outside.any():
             picture[self._outside] = standard.mean[self._outside]
         self._picture = picture
+
     def inspection(self) -> ViewInspection:
         """The findings of the view."""
         standard = self._standard
         outcomes = self._first()
         moved = {
-            id: self._disturbance(standard.tools[id].template, outcome)
+            id: self._area(id, outcome)
             for id, outcome in outcomes.items()
             if not outcome.fits or outcome.match.moved_px > _MOVED_PX
         }
         spots = self._spots([area for id, area in moved.items() if outcomes[id].fits])
-        covered = standard.foreign.mask(spots, 2 * _MARGIN_PX)
+        covered = standard.foreign.mask(spots, 2 * MARGIN_PX)
         for area in moved.values():
             covered[area.window] += area.mask
         doubtful = [id for id in moved if not self._good(id, outcomes[id])]
@@ -84,21 +72,14 @@ class Comparison:
             covered[area.window] -= area.mask  # by others
             outcomes[id] = self._reconsidered(id, outcomes[id], covered)
             covered[area.window] += area.mask
-        turned = {
-            id: confidence
-            for id, outcome in outcomes.items()
-            if (confidence := self._turned(id, outcome, covered, moved.get(id))) > _LIKELY
-        }
         theirs = np.zeros_like(covered)
         for id in doubtful:
             if outcomes[id].match.moved_px > _MOVED_PX or not self._good(id, outcomes[id]):
-                area = self._disturbance(standard.tools[id].template, outcomes[id], thrown=True)
+                area = self._area(id, outcomes[id], thrown=True)
                 theirs[area.window] |= area.mask
         spots = [spot for spot in spots if not spot.mostly_in(theirs)]
         findings = {
-            id: reversed_part(outcomes[id].match, tools.template, standard.view, turned[id])
-            if id in turned
-            else self._finding(tools, outcomes.get(id))
+            id: self._finding(tools, outcomes.get(id), covered)
             for id, tools in standard.tools.items()
         }
         foreign = foreign_objects(
@@ -106,7 +87,7 @@ class Comparison:
         )
         return ViewInspection(standard.view, self._registration, findings, foreign)
 
-    def _spots(self, areas: Sequence[_Area]) -> list[Spot]:
+    def _spots(self, areas: Sequence[Area]) -> list[Spot]:
         """What lies on the bare board, but for what parts that moved explain."""
         explained = self._outside.copy()
         for area in areas:
@@ -214,17 +195,14 @@ class Comparison:
         match = tools.matcher.at(self._picture, Place(), self._noise, ignored=ignored)
         return _Outcome(match, True) if self._fits(tools.template, match) else outcome
 
-    def _turned(
-        self, id: str, outcome: _Outcome, covered: NDArray[np.uint8], own: _Area | None
-    ) -> float:
+    def _turned(self, tools: Tools, match: Match, covered: NDArray[np.uint8]) -> float:
         """How probable it is that what seems good was put in the other way round; what covers it
         in part is not asked.
         """
-        tools = self._standard.tools[id]
-        if tools.half_turn is None or not self._good(id, outcome):
+        if tools.half_turn is None:
             return 0.0
-        confidence = tools.half_turn.confidence(outcome.match)
-        if confidence > _LIKELY and own is None:
+        confidence = tools.half_turn.confidence(match)
+        if confidence > _LIKELY and match.moved_px <= _MOVED_PX:
             ignored = self._ignored(tools.template, covered)
             match = tools.matcher.at(self._picture, Place(), self._noise, ignored=ignored)
             confidence = tools.half_turn.confidence(match)
@@ -254,46 +232,21 @@ class Comparison:
         tolerance = self._standard.board.tolerance(template.component)
         return bool(np.hypot(*match.place.shift) > tolerance.shift)
 
-    def _disturbance(
-        self, template: Template, outcome: _Outcome, thrown: bool = False
-    ) -> _Area:
-        """Where the picture differs because of a component: its place, and where it is now; with
-        what it has `thrown` about it, no farther than it is high.
-        """
-        standard, component = self._standard, template.component
-        high_px = component.height * np.sqrt(abs(np.linalg.det(template.D)))
-        margin = _MARGIN_PX + (int(min(high_px, _THROWN_PX)) if thrown else 0)
-        hull = self._hull(component)
-        left, top = np.minimum(template.box[:2], hull.min(axis=0))
-        right, bottom = np.maximum(template.box[2:], hull.max(axis=0) + 1)
-        if outcome.fits:
-            shift, rotation = outcome.match.place.shift, outcome.match.place.rotation
-            x, y = component.x + shift[0], component.y + shift[1]
-            there = replace(component, x=x, y=y, rotation=component.rotation + rotation)
-            hull = self._hull(there)
-            left, top = np.minimum((left, top), hull.min(axis=0))
-            right, bottom = np.maximum((right, bottom), hull.max(axis=0) + 1)
-        height, width = self._picture.shape
-        rows = slice(max(top - margin, 0), min(bottom + margin, height))
-        columns = slice(max(left - margin, 0), min(right + margin, width))
-        shown, number = standard.shown, template.number
-        own = (shown.numbers[rows, columns] == number) | (shown.solids[rows, columns] == number)
-        mask = own.astype(np.uint8)
-        if outcome.fits:
-            cv2.fillConvexPoly(mask, hull - [columns.start, rows.start], 1)
-        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * margin + 1,) * 2)
-        return _Area((rows, columns), np.asarray(cv2.dilate(mask, disc), np.uint8))
+    def _area(self, id: str, outcome: _Outcome, thrown: bool = False) -> Area:
+        """Where the picture differs because of a component."""
+        place = outcome.match.place if outcome.fits else None
+        return disturbed(self._standard.tools[id].template, place, self._standard, thrown)
 
-    def _hull(self, component: Component) -> NDArray[np.int32]:
-        """The corners (n, 2) px of the outline of a component's box."""
-        standard = self._standard
-        corners = silhouette(component, standard.pattern.camera, standard.T_camera_board)
-        return np.asarray(np.rint(corners[:, 0]), np.int32)
-
-    def _finding(self, tools: Tools, outcome: _Outcome | None) -> Finding:
+    def _finding(
+        self, tools: Tools, outcome: _Outcome | None, covered: NDArray[np.uint8]
+    ) -> Finding:
         standard, template = self._standard, tools.template
         if outcome is None:
             return unjudged(template, standard.view, "beyond the picture's edge")
+        if self._good(template.component.id, outcome):
+            confidence = self._turned(tools, outcome.match, covered)
+            if confidence > _LIKELY:
+                return reversed_part(outcome.match, template, standard.view, confidence)
         if outcome.fits:
             tolerance = standard.board.tolerance(template.component)
             finding = placed(

@@ -59,7 +59,7 @@ class Foreign:
         """`covered` (H, W): where components may be, within their tolerances."""
         self._mean, self._config = mean, config
         self._looked_at = (numbers == BARE) & ~covered
-        edges = config.edge_px * steepness(cv2.blur(mean, (3, 3)))
+        edges = config.edge_px * steepness(np.asarray(cv2.blur(mean, (3, 3)), np.float32))
         self._shot = np.sqrt(mean + 5)
         self._doubt = np.asarray(config.grey + config.sigmas * (edges + spread), np.float32)
 

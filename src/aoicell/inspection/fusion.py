@@ -29,7 +29,9 @@ def fused(findings: Sequence[Finding], tolerance: Tolerance, config: VerdictConf
         return max(turned, key=_worth)
     if best.covariance is None:
         return best
-    near = [f for f in good if f.covariance is not None and _distance(f, best) < _AGREE]
+    near = [
+        f for f in good if f is best or (f.covariance is not None and _distance(f, best) < _AGREE)
+    ]
     if len(near) < 2:
         return best
     weights = [np.linalg.inv(_uncertainty(f)) for f in near]

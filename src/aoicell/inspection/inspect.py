@@ -8,6 +8,7 @@ from aoicell.errors import InputError, did_you_mean
 from aoicell.inspection.comparison import Comparison, unjudged
 from aoicell.inspection.findings import (
     BoardInspection,
+    Finding,
     ForeignObject,
     Verdict,
     ViewInspection,

@@ -19,7 +19,7 @@ from aoicell.inspection.templates import Template
 from aoicell.transforms import Array
 
 _FREEDOM = 2.0  # times its tolerance a part may be off, one sigma
-_STILL_PX = 0.2  # a step so small is exact enough without another
+_STILL_PX = 0.2  # after a step so small, another is not worth its time
 _TURN_LIMIT = 0.1  # rad a step
 _DISBELIEF = 4.0  # Cauchy: pixels off by two sigma count half,
 _CREDIT = 400.0  # at first by twenty: an edge that is still off has to pull
@@ -38,7 +38,8 @@ class NoiseConfig:
 
     Grey noise is measured in each pair of pictures, and grows with the light as shot noise does.
     Beside that: an edge may lie `edge_px` off (resampling, outlines of parts of another lot), and a
-    surface differ by `texture` of its brightness from the rest of its component. What a part
+    surface differ by `texture` of its brightness from the rest of its component, side walls by
+    `wall`. What a part
     has laid bare that moved by a pixel is known to `bared` grey values; farther off, the board that
     blurs into edges of which nothing is drawn, to `background`. Of what is seen through a hollow
     part, a share `seen_through` stays behind. Between lots and lights, a component's brightness

@@ -20,7 +20,8 @@ _MOST = 20.0  # grey values: beyond that a pixel shows something else
 @dataclass(frozen=True)
 class SearchConfig:
     """`reach` (m) of the shifts, in steps of `step_px`, of templates up to `small` pixels half of
-    that; turns in steps of `turn`, with shifts up to `turned_reach` (m). At most `pixels` of a template are asked; `best` places are kept.
+    that; turns in steps of `turn`, with shifts up to `turned_reach` (m). At most `pixels` of a
+    template are asked; `best` places are kept.
     """
 
     reach: float = 5.5e-3
@@ -43,8 +44,7 @@ class Search:
         uv = own[keep.astype(int)]
         self._step_px = config.step_px if len(own) > config.small else config.step_px / 2
         self._arms = (uv - template.centre_px) @ np.linalg.inv(template.D).T
-        values = picture[uv[:, 1].astype(int), uv[:, 0].astype(int)].astype(float)
-        self._values = values.astype(np.float32)
+        self._values = picture[uv[:, 1].astype(int), uv[:, 0].astype(int)].astype(np.float32)
 
     def places(
         self, picture: Plane, around: float, most_turn: float = np.pi, least: float = 0.0
@@ -90,7 +90,7 @@ class Search:
         at = (D[0, 0] * X + D[0, 1] * Y + u, D[1, 0] * X + D[1, 1] * Y + v)
         columns, rows = (a.astype(np.float32) for a in at)
         seen = np.asarray(cv2.remap(picture, columns, rows, cv2.INTER_LINEAR))
-        return np.minimum(np.abs(seen - self._values), _MOST).mean(axis=1)
+        return np.asarray(np.minimum(np.abs(seen - self._values), _MOST).mean(axis=1), float)
 
 
 def _grid(reach: float, step: float) -> Array:

@@ -110,7 +110,7 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
             matcher,
             Search(template, mean, config.search),
             Absence(template, shown, config.absence, bare),
-            drawing and HalfTurn(template, matcher.jacobian, drawing, config.half_turn),
+            HalfTurn(template, matcher.jacobian, drawing, config.half_turn) if drawing else None,
         )
     foreign = Foreign(mean, spread, shown.numbers, _covered(shown), config.foreign)
     return Standard(reference.view, board, mean, shown, T, pattern, warp, tools, foreign, config)
@@ -132,7 +132,9 @@ def _drawing(reference: Reference, T: SE3) -> Drawing | None:
         return cv2.warpPerspective(plane, H, size, flags=flags, borderValue=(border,))
 
     return Drawing(
-        *(carried(p, cv2.INTER_LINEAR) for p in (drawn.designed, drawn.turned, drawn.bare)),
+        carried(drawn.designed, cv2.INTER_LINEAR),
+        carried(drawn.turned, cv2.INTER_LINEAR),
+        carried(drawn.bare, cv2.INTER_LINEAR),
         carried(drawn.numbers, cv2.INTER_NEAREST, BEYOND),
         carried(drawn.heights, cv2.INTER_NEAREST),
     )

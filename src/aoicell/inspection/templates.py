@@ -2,7 +2,7 @@
 
 A pixel belongs to what it shows; a rim of bare board around a component tells where it ends. A
 blurred border with a neighbour is no evidence, and neither are side walls where the upper side is
-seen: their light comes from elsewhere when the board lies elsewhere.
+seen, but for their crest: their light comes from elsewhere when the board lies elsewhere.
 """
 
 from dataclasses import dataclass
@@ -23,21 +23,24 @@ MOSTLY = 0.4  # share of a component that is seen of one that hardly anything st
 _BLUR_PX = 1.5  # so far a border is blurred
 _BORDER_PX = 2.5  # so far from a neighbour that is in its place to less than a pixel
 _LEAST_EVIDENCE = 0.25  # of what is seen of a component
-_ROUNDS = 5
-_BORDER_WALL = 2.0
+_ROUNDS = 5  # of limiting what is picked to once
+_EVEN = 0.1  # grey values a pixel: what is no steeper than that is picked evenly
+_CREST_PX = 2.0  # of a wall, below the upper side: where that ends shows there
 _TOP = 0.7  # of a round part's radius: clear of its flanks
 
 
 @dataclass(frozen=True)
 class TemplateConfig:
-    """Which pixels count: a `rim_px` of bare board, at most `most_px` of a component, thinned
-    out least where it is steep, at least `least_px` of them. Side walls count where upper sides are fewer than
-    `few_px`; a component of which less than `least_share` is seen is not looked at. Along the edges
-    of hollow parts, `parallax_px` show anything.
+    """Which pixels count: a `rim_px` of bare board, at most `most_px` of a component, thinned out
+    least where it is steep (`most_hollow_px` of a hollow one, evenly), at least `least_px`. Side
+    walls count where upper sides are fewer than `few_px`; a component of which less than
+    `least_share` is seen is not looked at. Along the edges of hollow parts, `parallax_px` show
+    anything.
     """
 
     rim_px: int = 2
     most_px: int = 1200
+    most_hollow_px: int = 1800
     least_px: int = 12
     few_px: int = 50
     least_share: float = 0.1
@@ -50,7 +53,8 @@ class Template:
     are the share `visible` of its outline.
 
     `uv` (n, 2); grey `values`, their `slopes` (n, 2) and their `spread` (n,) over good boards;
-    `inside` (n,) is false on the rim, `core` (n,) true where no border is near.
+    `inside` (n,) is false on the rim, `core` (n,) true where no border is near, `wall` (n,) on the
+    crest of side walls.
     `arms` (n, 2): from its middle to what a pixel shows, in the board's plane (m).
     `centre_px` is the middle of its upper side, `D` (2, 2) the pixels that it moves by a metre
     along the board's x and y.
@@ -74,7 +78,11 @@ class Template:
     @property
     def hollow(self) -> bool:
         """Whether one sees what is behind it, between its upper sides or what stands on it."""
-        return self.component.kind in HOLLOW or self.visible < MOSTLY
+        return _is_hollow(self.component, self.visible)
+
+
+def _is_hollow(component: Component, visible: float) -> bool:
+    return component.kind in HOLLOW or visible < MOSTLY
 
 
 def templates_of(
@@ -98,12 +106,10 @@ def templates_of(
         evident = int((depth[mask & ~wall] > 0).sum())
         if evident < max(config.least_px, _LEAST_EVIDENCE * seen):
             continue
-        weight = np.hypot(*steep[window][rows, columns].T)
-        hollow = component.kind in HOLLOW or shown.shares[number] < MOSTLY
-        if hollow:
-            keep = np.arange(0, len(rows), -(-len(rows) // 1800))
+        if _is_hollow(component, shown.shares[number]):
+            keep = np.arange(0, len(rows), -(-len(rows) // config.most_hollow_px))
         else:
-            keep = _telling(weight, config.most_px)
+            keep = _telling(np.hypot(*steep[window][rows, columns].T), config.most_px)
         rows, columns = rows[keep], columns[keep]
         inside, core = depth[rows, columns] > 0, depth[rows, columns] > _BLUR_PX
         at = (rows + window[0].start, columns + window[1].start)
@@ -123,7 +129,7 @@ def _telling(steep: Array, most: int) -> NDArray[np.intp]:
     """Which of the pixels (n,) to keep: all over, and the denser the steeper they are."""
     if len(steep) <= most:
         return np.arange(len(steep))
-    chances = steep.astype(float) + steep.mean(dtype=float)
+    chances = steep.astype(float) + max(steep.mean(dtype=float), _EVEN)
     for _ in range(_ROUNDS):  # none more than once
         chances = np.minimum(chances, chances.sum() / most)
     places = np.cumsum(chances) / chances.sum() * most
@@ -203,8 +209,8 @@ def _evidence(
     walls = own & ~shown.tops[wide]
     border = np.zeros_like(walls)
     if (allowed & own & ~walls).sum() >= config.few_px:
-        if component.kind not in HOLLOW and shown.shares[number] >= MOSTLY:
-            border = own & (_distance(~walls) <= 1) & (_distance(walls | ~own) <= _BORDER_WALL)
+        if not _is_hollow(component, shown.shares[number]):
+            border = own & (_distance(~walls) <= 1) & (_distance(walls | ~own) <= _CREST_PX)
         allowed &= (_distance(~walls) > 1) | border
     inner = tuple(
         slice(s.start - w.start, s.stop - w.start) for s, w in zip(window, wide, strict=True)

@@ -15,10 +15,10 @@ BEYOND = -3  # in place of a component's number, where nothing was drawn
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A design as drawn for a view: grey pictures (H, W) of the board as it is designed, with each
-    component turned by half, and with nothing on it. `numbers` (H, W): which component in the board's list is seen there otherwise, -1 for
-    anything else, `BEYOND` where the drawing ends; `heights` (H, W): that surface over the
-    laminate (m).
+    """A design as drawn for a view. `designed`, `turned` and `bare` are grey pictures (H, W) of the
+    board as it should be, with each component turned by half, and with nothing on it; `numbers`
+    (H, W): which component in the board's list is seen there, -1 for anything else, `BEYOND` where
+    the drawing ends; `heights` (H, W): that surface over the laminate (m).
     """
 
     designed: Image
