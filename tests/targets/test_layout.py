@@ -259,6 +259,34 @@ def test_a_moved_marker_never_does_harm_unseen(
     assert np.abs(off[:, 2]).max() < 0.6e-3  # along the line of sight it is seen worst
 
 
+def test_of_two_that_could_be_left_out_it_is_the_one_that_tells_clearly(
+    nominal: Nominal, layout: Layout, rng: np.random.Generator
+) -> None:
+    """A crumb over one corner of M3, and M2 a little off: without M2 the rest just fits, without M3
+    far better.
+    """
+    camera, T, harmless = nominal.cameras["hand"], expected(nominal), LayoutConfig().harmless_px
+    exact = identify(detections(layout, camera, T, rng), layout, camera, T)
+
+    def noise(px: float, *without: str) -> float:
+        left = [uv for id, uv in crumbed(px).items() if id not in without]
+        return locate_layout(left, layout, camera, T, needed=3).noise_px
+
+    def crumbed(px: float) -> dict[str, Array]:
+        crumb = np.array([[0, 0], [0, 0], [0.45, 0.15], [0, 0]])
+        return {**exact, "M3": exact["M3"] + px * crumb, "M2": exact["M2"] + px * np.array([-0.04, 0.15])}
+
+    px = 1.005 * harmless / noise(1.0)
+    alone = {id: noise(px, id) for id in IDS}
+    assert noise(px) > harmless
+    assert sum(left < harmless for left in alone.values()) > 1
+    assert alone["M3"] < 0.2 * harmless
+    seen = list(crumbed(px).values())
+    located = locate_layout(seen, layout, camera, T, needed=3, sigma_px=0.01)
+    assert located.left_out == ("M3",)
+    assert distance_mm(located.T_camera_target, T) < 0.05
+
+
 def test_where_none_may_be_left_out_it_is_refused(
     nominal: Nominal, layout: Layout, rng: np.random.Generator
 ) -> None:

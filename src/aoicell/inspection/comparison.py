@@ -27,6 +27,8 @@ _LEAST_OF_SMALL, _SMALL = 0.9, 200  # and of one of so few pixels
 _MOVED_PX = 0.7  # less changes nothing about a part
 _FAR_STEPS = 15
 _LIKELY = 0.5
+_STIRRED_PX, _BESIDE_PX = 0.5, 2.3  # what has moved is looked for so far beside its place as well
+_BETTER = 0.92  # times the misfit
 _GOOD = 0.6  # a misfit, relative to its limit, that needs no rival
 _ELSEWHERE = 1.4  # of a part that lies elsewhere, a misfit with all pixels stays below this
 _ALIKE = 1.2  # times the misfit of the other way round
@@ -106,8 +108,25 @@ class Comparison:
             elif match.moved_px > APART_PX:
                 outcomes[id] = self._best(tools, match, [match.place], 0.0, fits=True)
             else:
-                outcomes[id] = _Outcome(match, True)
+                outcomes[id] = _Outcome(self._beside(tools, match), True)
         return outcomes
+
+    def _beside(self, tools: Tools, match: Match) -> Match:
+        """The match, or a clearly better one some pixels beside it: where only the outline tells,
+        and print lies along it, places near the best one look good as well.
+        """
+        if match.moved_px < _STIRRED_PX or not tools.template.plain:
+            return match
+        px = 1 / np.sqrt(abs(np.linalg.det(tools.template.D)))
+        best = match
+        for x, y in _BESIDE_PX * px * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]):
+            shift = (match.place.shift[0] + x, match.place.shift[1] + y)
+            place = Place(shift, match.place.rotation)
+            if tools.matcher.at(self._picture, place, self._noise, 0).rms < _BETTER * best.rms:
+                other = tools.matcher.at(self._picture, place, self._noise)
+                if other.rms < _BETTER * best.rms and self._fits(tools.template, other):
+                    best = other
+        return best
 
     def _sought(self, tools: Tools, home: Match) -> _Outcome:
         """A component that does not fit in its place: the best match elsewhere, or turned.

@@ -48,8 +48,8 @@ class HalfTurn:
         above one half, it was.
         """
         share, strength = self.share(match)
-        limit = max(self._config.share, self._config.sure / max(strength, _LEAST))
-        return float(ndtr(strength * (share - limit)))
+        limit = max(self._config.share * strength, self._config.sure)
+        return float(ndtr(share * strength - limit))
 
     def share(self, match: Match) -> tuple[float, float]:
         """How much of the change there is, and one over the standard deviation of that by noise.

@@ -6,6 +6,7 @@ seen, but for their crest: their light comes from elsewhere when the board lies 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -25,6 +26,7 @@ _BORDER_PX = 2.5  # so far from a neighbour that is in its place to less than a 
 _LEAST_EVIDENCE = 0.25  # of what is seen of a component
 _ROUNDS = 5  # of limiting what is picked to once
 _EVEN = 0.1  # grey values a pixel: what is no steeper than that is picked evenly
+_PLAIN, _MOST_OF_IT = 15.0, (10, 85)  # grey values between these percentiles: less is no mark
 _CREST_PX = 2.0  # of a wall, below the upper side: where that ends shows there
 _TOP = 0.7  # of a round part's radius: clear of its flanks
 
@@ -43,7 +45,7 @@ class TemplateConfig:
     most_hollow_px: int = 1800
     least_px: int = 12
     few_px: int = 50
-    least_share: float = 0.1
+    least_share: float = 0.075
     parallax_px: int = 3
 
 
@@ -79,6 +81,12 @@ class Template:
     def hollow(self) -> bool:
         """Whether one sees what is behind it, between its upper sides or what stands on it."""
         return _is_hollow(self.component, self.visible)
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether hardly anything but its outline tells where it is."""
+        low, high = np.percentile(self.values[self.core], _MOST_OF_IT)
+        return bool(high - low < _PLAIN)
 
 
 def _is_hollow(component: Component, visible: float) -> bool:
