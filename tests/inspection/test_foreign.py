@@ -50,6 +50,31 @@ def test_an_object_is_found_where_it_lies(
     assert top < v < bottom
 
 
+def test_a_crumb_on_the_edge_of_print_is_found(flat: Flat) -> None:
+    """Print that lies a little off is brighter on one side and darker on the other, not in sum."""
+    plane = flat.plane.copy()
+    [[left, low], [right, high]] = np.rint(pixels(np.array([[-0.06, 0.033], [-0.04, 0.0334]])))
+    plane[int(low) : int(high), int(left) : int(right)] = 140.0
+    reference = Reference("flat", (photograph(plane),), T_CAMERA_BOARD, CAMERA)
+    T = T_CAMERA_BOARD * from_twist([1e-3, 2e-3, 0, 0, 0, -0.02])
+    clean, crumbed = (
+        inspect_view(photograph(painted_, T, 8), reference, flat.board)
+        for painted_ in (plane, littered(plane, (-0.051, 0.0334), 0.9e-3, 200.0))
+    )
+    assert clean.foreign == ()
+    assert [f.place for f in crumbed.foreign] == [pytest.approx((-0.051, 0.0334), abs=0.6e-3)]
+
+
+def test_what_lies_beside_a_flat_part_that_is_gone_is_found(flat: Flat) -> None:
+    """It is no shadow of that: a part throws none farther than it is high."""
+    chip = flat.board.component("U10")
+    place = (chip.x - chip.width / 2 - 2.0e-3, chip.y)
+    plane = littered(painted(flat.board, missing=("U10",)), place, 1.2e-3, 200.0)
+    inspection = inspect_view(photograph(plane, seed=8), flat.reference, flat.board)
+    assert called(inspection) == ["U10"]
+    assert [f.place for f in inspection.foreign] == [pytest.approx(place, abs=0.6e-3)]
+
+
 def test_a_clean_board_has_none(flat: Flat) -> None:
     T = T_CAMERA_BOARD * from_twist([1e-3, 2e-3, 0, 0, 0, -0.02])
     assert inspect_view(photograph(flat.plane, T, 9), flat.reference, flat.board).foreign == ()

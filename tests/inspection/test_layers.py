@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from aoicell.inspection import Reference, inspect_view
+from aoicell.inspection.inspect import STANDARD
+from aoicell.inspection.standard import standard_of
 from aoicell.transforms import SE3, from_twist
 from inspection.flat_boards import (
     T_CAMERA_BOARD,
@@ -79,6 +81,8 @@ def test_a_part_without_marks_is_found_by_its_outline(flat: Flat) -> None:
     known = replace(reference, drawing=flat_drawing(flat.board, bare))
     new = photograph(painted(flat.board, moved, blank=ids), seed=4)
     inspection = inspect_view(new, known, flat.board)
+    tools = standard_of(known, flat.board, STANDARD).tools
+    assert {id for id in PARTS if tools[id].template.plain} == set(ids)
     for id, (x, y, _) in moved.items():
         assert inspection.findings[id].state == "shifted"
         assert inspection.findings[id].shift == pytest.approx((x, y), abs=0.02 * MM), id

@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,6 +78,26 @@ def test_a_bare_board_differs_where_components_stand(twin: NominalTwin, nominal:
     assert (difference[parts] > 4).mean() > 0.6
     assert (difference[shown.numbers == MARKER] > 4).mean() < 0.01
     assert (difference[shown.numbers == BARE] > 4).mean() < 0.1
+
+
+def test_half_turned_is_the_board_with_every_part_the_other_way_round(
+    twin: NominalTwin, nominal: Nominal
+) -> None:
+    """As a board that is designed so; print, pads and markers stay, and nothing of it remains."""
+    T_base_board = nominal.T_base_board
+    pose = (T_base_board * looking_at((-0.03, -0.09, 0.0), 0.3, (0.2, 0.1)), T_base_board)
+    before = twin.render(*pose)
+    turned = to_grey(twin.half_turned(*pose)).astype(int)
+    assert (twin.render(*pose) == before).all()
+    parts = tuple(replace(c, rotation=c.rotation + np.pi) for c in nominal.board.components)
+    other = NominalTwin(replace(nominal, board=replace(nominal.board, components=parts)))
+    try:
+        difference = np.abs(to_grey(other.render(*pose)) - turned)
+    finally:
+        other.close()
+    as_designed = np.abs(to_grey(before) - turned)
+    assert (as_designed > 20).mean() > 0.003
+    assert (difference > 20).mean() < 0.1 * (as_designed > 20).mean()
 
 
 def test_its_solids_are_the_components_to_the_pixel(twin: NominalTwin, nominal: Nominal) -> None:

@@ -274,7 +274,11 @@ def test_of_two_that_could_be_left_out_it_is_the_one_that_tells_clearly(
 
     def crumbed(px: float) -> dict[str, Array]:
         crumb = np.array([[0, 0], [0, 0], [0.45, 0.15], [0, 0]])
-        return {**exact, "M3": exact["M3"] + px * crumb, "M2": exact["M2"] + px * np.array([-0.04, 0.15])}
+        return {
+            **exact,
+            "M3": exact["M3"] + px * crumb,
+            "M2": exact["M2"] + px * np.array([-0.04, 0.15]),
+        }
 
     px = 1.005 * harmless / noise(1.0)
     alone = {id: noise(px, id) for id in IDS}
@@ -284,7 +288,7 @@ def test_of_two_that_could_be_left_out_it_is_the_one_that_tells_clearly(
     seen = list(crumbed(px).values())
     located = locate_layout(seen, layout, camera, T, needed=3, sigma_px=0.01)
     assert located.left_out == ("M3",)
-    assert distance_mm(located.T_camera_target, T) < 0.05
+    assert distance_mm(located.T_camera_target, T) < 0.2  # what M2 is off
 
 
 def test_where_none_may_be_left_out_it_is_refused(
