@@ -81,7 +81,7 @@ class Comparison:
                 theirs[area.window] |= area.mask
         spots = [spot for spot in spots if not spot.mostly_in(theirs)]
         findings = {
-            id: self._finding(tools, outcomes.get(id), covered)
+            id: self._finding(tools, outcomes.get(id), covered, moved.get(id))
             for id, tools in standard.tools.items()
         }
         foreign = foreign_objects(
@@ -124,7 +124,8 @@ class Comparison:
             place = Place(shift, match.place.rotation)
             if tools.matcher.at(self._picture, place, self._noise, 0).rms < _BETTER * best.rms:
                 other = tools.matcher.at(self._picture, place, self._noise)
-                if other.rms < _BETTER * best.rms and self._fits(tools.template, other):
+                better = other.settled and other.rms < _BETTER * best.rms
+                if better and self._fits(tools.template, other):
                     best = other
         return best
 
@@ -214,15 +215,21 @@ class Comparison:
         match = tools.matcher.at(self._picture, Place(), self._noise, ignored=ignored)
         return _Outcome(match, True) if self._fits(tools.template, match) else outcome
 
-    def _turned(self, tools: Tools, match: Match, covered: NDArray[np.uint8]) -> float:
+    def _turned(
+        self, tools: Tools, match: Match, covered: NDArray[np.uint8], own: Area | None
+    ) -> float:
         """How probable it is that what seems good was put in the other way round; what covers it
         in part is not asked.
         """
         if tools.half_turn is None:
             return 0.0
         confidence = tools.half_turn.confidence(match)
-        if confidence > _LIKELY and match.moved_px <= _MOVED_PX:
-            ignored = self._ignored(tools.template, covered)
+        if confidence > _LIKELY:
+            by_others = covered.copy()
+            if own is not None:
+                by_others[own.window] -= own.mask
+            ignored = self._ignored(tools.template, by_others)
+            ignored |= self._ignored(tools.template, self._outside)
             match = tools.matcher.at(self._picture, Place(), self._noise, ignored=ignored)
             confidence = tools.half_turn.confidence(match)
         return confidence
@@ -257,13 +264,13 @@ class Comparison:
         return disturbed(self._standard.tools[id].template, place, self._standard, thrown)
 
     def _finding(
-        self, tools: Tools, outcome: _Outcome | None, covered: NDArray[np.uint8]
+        self, tools: Tools, outcome: _Outcome | None, covered: NDArray[np.uint8], own: Area | None
     ) -> Finding:
         standard, template = self._standard, tools.template
         if outcome is None:
             return unjudged(template, standard.view, "beyond the picture's edge")
         if self._good(template.component.id, outcome):
-            confidence = self._turned(tools, outcome.match, covered)
+            confidence = self._turned(tools, outcome.match, covered, own)
             if confidence > _LIKELY:
                 return reversed_part(outcome.match, template, standard.view, confidence)
         if outcome.fits:

@@ -24,7 +24,7 @@ def fused(findings: Sequence[Finding], tolerance: Tolerance, config: VerdictConf
     """
     best = max(findings, key=_worth)
     good = [f for f in findings if f.visible >= _AS_WELL * best.visible]
-    turned = [f for f in good if f.state == "rotated" and f.covariance is None]
+    turned = [f for f in good if f.state == "rotated" and abs(f.rotation) > np.pi / 2]
     if turned and best.state == "present":
         return max(turned, key=_worth)
     if best.covariance is None:
@@ -36,9 +36,11 @@ def fused(findings: Sequence[Finding], tolerance: Tolerance, config: VerdictConf
         return best
     weights = [np.linalg.inv(_uncertainty(f)) for f in near]
     covariance = np.linalg.inv(np.sum(weights, axis=0))
-    place = covariance @ np.sum([w @ _place(f) for w, f in zip(weights, near, strict=True)], axis=0)
-    x, y, rotation = map(float, place)
+    gaps = [w @ _gap(f, best) for w, f in zip(weights, near, strict=True)]
+    x, y, rotation = map(float, _place(best) + covariance @ np.sum(gaps, axis=0))
     verdict = located((x, y), rotation, covariance, tolerance, config)
+    if verdict.state == "present" and all(f.is_defect for f in near):
+        return best  # what was found elsewhere, with indulgence, is no proof of a good part
     return replace(
         best, state=verdict.state, shift=(x, y), rotation=rotation, covariance=covariance,
         confidence=best.fit * verdict.probability, reason=verdict.reason,
@@ -54,11 +56,17 @@ def _place(finding: Finding) -> Array:
     return np.array([*finding.shift, finding.rotation])
 
 
+def _gap(finding: Finding, other: Finding) -> Array:
+    """From one place to another, turns by the shorter way."""
+    x, y, turn = _place(finding) - _place(other)
+    return np.array([x, y, (turn + np.pi) % (2 * np.pi) - np.pi])
+
+
 def _uncertainty(finding: Finding) -> Array:
     return np.asarray(finding.covariance + _FLOOR)
 
 
 def _distance(a: Finding, b: Finding) -> float:
     """Squared, by their common uncertainty."""
-    gap = _place(a) - _place(b)
+    gap = _gap(a, b)
     return float(gap @ np.linalg.solve(_uncertainty(a) + _uncertainty(b), gap))

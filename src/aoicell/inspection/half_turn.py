@@ -12,7 +12,7 @@ from scipy.special import ndtr
 
 from aoicell.inspection.matching import Match
 from aoicell.inspection.templates import Template
-from aoicell.inspection.virtual_picture import Drawing
+from aoicell.inspection.virtual_picture import BEYOND, Drawing
 from aoicell.transforms import Array
 
 _LEAST = 1e-6  # of a change that nothing would tell
@@ -40,7 +40,8 @@ class HalfTurn:
         v, u = template.uv.astype(int).T[::-1]
         designed, turned = (p[v, u].astype(float) for p in (drawing.designed, drawing.turned))
         gain = template.values @ designed / max(designed @ designed, 1.0)
-        self._change = gain * (turned - designed)
+        known = template.inside & (drawing.numbers[v, u] != BEYOND)  # about it, others are drawn
+        self._change = np.where(known, gain * (turned - designed), 0.0)
         self._jacobian, self._config = jacobian, config
 
     def confidence(self, match: Match) -> float:

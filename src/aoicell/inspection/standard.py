@@ -110,7 +110,9 @@ def _made(reference: Reference, board: BoardDesign, config: InspectionConfig) ->
             matcher,
             Search(template, mean, config.search),
             Absence(template, shown, config.absence, bare),
-            HalfTurn(template, matcher.jacobian, drawing, config.half_turn) if drawing else None,
+            HalfTurn(template, matcher.jacobian, drawing, config.half_turn)
+            if drawing and tolerance.rotation < np.pi
+            else None,
         )
     foreign = Foreign(mean, spread, shown.numbers, _covered(shown), config.foreign)
     return Standard(reference.view, board, mean, shown, T, pattern, warp, tools, foreign, config)

@@ -192,8 +192,9 @@ def _evidence(
     shown: Shown, window: tuple[slice, slice], number: int, board: BoardDesign,
     config: TemplateConfig,
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Plane, Plane]:  # fmt: skip
-    """The pixels of a window (h, w) that tell of a component, which of them are of its walls, how
-    deep (px) in it they lie, and how high (m) what they show of it is: about it, its edge.
+    """The pixels of a window (h, w) that tell of a component, which of them are about the crest of
+    its walls, how deep (px) in it they lie, and how high (m) what they show of it is: about it, its
+    edge.
     """
     pad = 16  # neighbours just outside the window count as well
     wide = tuple(

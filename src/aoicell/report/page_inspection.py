@@ -135,7 +135,7 @@ def _one_by_one(run: RunData, id: str, caption: str, parts: list[Part], note: st
         Column("repeats it alone"),
     ]  # fmt: skip
     table, cut = [], 0
-    for method in run.scenario.methods:
+    for method in reversed(run.scenario.methods):  # first what the others are compared with
         mine = sorted(
             (part for part in parts if part.key.method == method),
             key=lambda part: (part.outcome not in WRONG, part.outcome, part.number),

@@ -72,6 +72,7 @@ class NominalTwin:
         places, turns = model.geom_pos[parts].copy(), model.geom_quat[parts].copy()
         components = self._nominal.board.components
         middles = np.array([(components[n].x, components[n].y) for n in numbers[parts]])
+        middles = middles.reshape(-1, 2)
         model.geom_sameframe[parts] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE
         model.geom_pos[parts, :2] = 2 * middles - places[:, :2]
         w, x, y, z = turns.T
