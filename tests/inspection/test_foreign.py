@@ -59,7 +59,7 @@ def test_a_crumb_on_the_edge_of_print_is_found(flat: Flat) -> None:
     T = T_CAMERA_BOARD * from_twist([1e-3, 2e-3, 0, 0, 0, -0.02])
     clean, crumbed = (
         inspect_view(photograph(painted_, T, 8), reference, flat.board)
-        for painted_ in (plane, littered(plane, (-0.051, 0.0334), 0.9e-3, 200.0))
+        for painted_ in (plane, littered(plane, (-0.051, 0.0334), 0.6e-3, 170.0))
     )
     assert clean.foreign == ()
     assert [f.place for f in crumbed.foreign] == [pytest.approx((-0.051, 0.0334), abs=0.6e-3)]
