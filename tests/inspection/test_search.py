@@ -34,7 +34,7 @@ def test_a_small_part_is_looked_for_in_finer_steps() -> None:
     standard = standard_of(flat_reference(painted(design)), design, STANDARD)
     template = standard.tools["R1"].template
     assert template.inside.sum() < STANDARD.search.small
-    px = 1 / np.sqrt(abs(np.linalg.det(template.D)))
+    px = 1 / template.px_per_m
     pose = (11 * px, -7 * px, 0.0)
     picture = photograph(painted(design, {"R1": pose}), seed=2).astype(np.float32)
     nearest = []

@@ -26,7 +26,7 @@ _LEAST_USED = 0.5  # share of a template that has to be asked,
 _LEAST_OF_SMALL, _SMALL = 0.9, 200  # and of one of so few pixels
 _MOVED_PX = 0.7  # less changes nothing about a part
 _FAR_STEPS = 15
-_LIKELY = 0.5
+_LIKELY = 0.5  # from this confidence on a part was put in the other way round
 _STIRRED_PX, _BESIDE_PX = 0.5, 2.3  # what has moved is looked for so far beside its place as well
 _BETTER = 0.92  # times the misfit
 _GOOD = 0.6  # a misfit, relative to its limit, that needs no rival
@@ -117,7 +117,7 @@ class Comparison:
         """
         if match.moved_px < _STIRRED_PX or not tools.template.plain:
             return match
-        px = 1 / np.sqrt(abs(np.linalg.det(tools.template.D)))
+        px = 1 / tools.template.px_per_m
         best = match
         for x, y in _BESIDE_PX * px * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]):
             shift = (match.place.shift[0] + x, match.place.shift[1] + y)
@@ -137,7 +137,7 @@ class Comparison:
         """
         config = self._standard.config
         tolerance = self._standard.board.tolerance(tools.template.component)
-        scale = np.sqrt(abs(np.linalg.det(tools.template.D)))
+        scale = tools.template.px_per_m
         if tolerance.shift * scale > _NEAR_PX or tolerance.rotation > _NEAR_TURN:
             allowed = tools.search.places(self._picture, tolerance.shift, tolerance.rotation)
             best = self._best(tools, home, allowed, 0.0)

@@ -31,7 +31,7 @@ def disturbed(
     has `thrown` about it, no farther than it is high.
     """
     component, shown, number = template.component, standard.shown, template.number
-    high_px = component.top * np.sqrt(abs(np.linalg.det(template.D)))
+    high_px = component.top * template.px_per_m
     margin = MARGIN_PX + (int(min(high_px, _THROWN_PX)) if thrown else 0)
     hulls = [_hull(component, standard)]
     if place is not None:

@@ -148,7 +148,7 @@ class Matcher:
         if ignored is not None:
             grey[ignored] = np.inf
         shift, turn = np.array(place.shift), place.rotation
-        limit = 2 / np.sqrt(abs(np.linalg.det(t.D)))  # two pixels a step
+        limit = 2 / t.px_per_m  # two pixels a step
         belief: Array | None = None
         for step in range(steps + 1):
             gone = self._gone(shift, turn)

@@ -53,7 +53,7 @@ class Search:
         `least` (m) at least.
         """
         config = self._config
-        scale = float(np.sqrt(abs(np.linalg.det(self._t.D))))
+        scale = self._t.px_per_m
         slid = _grid(around, self._step_px / scale)
         near = _grid(min(around, config.turned_reach), self._step_px / scale)
         count = int(min(most_turn, np.pi) / config.turn + 1e-9)

@@ -83,6 +83,11 @@ class Template:
         return _is_hollow(self.component, self.visible)
 
     @cached_property
+    def px_per_m(self) -> float:
+        """How large it is shown, over both directions."""
+        return float(np.sqrt(abs(np.linalg.det(self.D))))
+
+    @cached_property
     def plain(self) -> bool:
         """Whether hardly anything but its outline tells where it is."""
         low, high = np.percentile(self.values[self.core], _MOST_OF_IT)
