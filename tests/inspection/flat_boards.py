@@ -57,6 +57,7 @@ def painted(
     alike: tuple[str, ...] = (),
     dotted: tuple[str, ...] = (),
     blank: tuple[str, ...] = (),
+    marked: Mapping[str, Array] | None = None,
 ) -> Array:
     """The board's grey values from above, row 0 at its -y edge; parts that `moved` lie off.
 
@@ -77,6 +78,7 @@ def painted(
                 marks = np.maximum(marks, marks[::-1, ::-1])
             if part.id in blank:
                 marks[:] = 35.0
+            marks = (marked or {}).get(part.id, marks)
             if part.id in dotted:
                 marks[0, 0], marks[-1, -1] = 150.0, 35.0
             _stamp(plane, part, marks, (part.x + x, part.y + y, part.rotation + turn))

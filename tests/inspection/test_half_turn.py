@@ -25,7 +25,7 @@ from inspection.scenes import called
 
 ALL = tuple(f"U{n}" for n in range(20))
 HALF: Pose = (0.0, 0.0, np.pi)
-_DIM = 0.15  # of a dot's brightness: the misfit of a whole part hardly notices it
+_DIM = 0.1  # of a dot's brightness: the misfit of a whole part hardly notices it
 
 
 def looks(

@@ -57,10 +57,10 @@ def errors(flat: Flat, reference: Reference, ids: tuple[str, ...] = PARTS) -> tu
 
 @pytest.mark.parametrize("off", [(0, 0, 0), (0.8 * MM, -0.6 * MM, 0.2 * DEG)])
 def test_pads_that_stay_do_not_hold_a_part_back(flat: Flat, off: Pose) -> None:
-    """Small moves are measured whole, to a tenth of a pixel; also if it was drawn aside."""
+    """Small moves are measured whole, to an eighth of a pixel; also if it was drawn aside."""
     estimate = T_CAMERA_BOARD * from_twist([off[0], off[1], 0, 0, 0, off[2]])
     shift, turn = errors(flat, padded(flat, estimate))
-    assert shift < 0.025 * MM
+    assert shift < 0.03 * MM
     assert turn < 0.4 * DEG
 
 

@@ -42,6 +42,21 @@ def test_a_part_is_measured_where_it_is(misplaced: ViewInspection, id: str) -> N
     assert finding.rotation == pytest.approx(turn, abs=0.5 * DEG)
 
 
+def test_small_moves_are_measured_whole(flat: Flat) -> None:
+    """A tenth of a pixel, a quarter, a third: on average over many parts to a tenth of it."""
+    sizes = 1e-3 * np.array([0.02, -0.02, 0.05, -0.05, 0.07, -0.07])
+    moved = {
+        part.id: (size, 0.0, 0.0)
+        for part, size in zip(flat.board.components, np.resize(sizes, 20), strict=True)
+    }
+    findings = inspect_view(
+        photograph(painted(flat.board, moved), seed=5), flat.reference, flat.board
+    ).findings
+    true = np.array([moved[id][0] for id in findings])
+    measured = np.array([finding.shift[0] for finding in findings.values()])
+    assert (true @ measured) / (true @ true) == pytest.approx(1, abs=0.1)
+
+
 def test_states_are_those_of_the_tolerances(misplaced: ViewInspection) -> None:
     assert {misplaced.findings[id].state for id in SHIFTS} == {"shifted"}
     assert {misplaced.findings[id].state for id in TURNS} == {"rotated"}
@@ -126,3 +141,17 @@ def test_a_turned_part_of_the_server_board(inspected: ViewInspection, id: str) -
 def test_a_shift_within_the_class_is_present(inspected: ViewInspection, id: str) -> None:
     assert inspected.findings[id].state == "present"
     assert inspected.findings[id].shift == pytest.approx(TOLERATED[id], abs=0.1 * MM)
+
+
+@pytest.mark.parametrize("light", [0.65, 1.25])
+def test_a_part_that_moved_far_is_found_in_other_light(flat: Flat, light: float) -> None:
+    moved: dict[str, Pose] = {
+        "U2": (3 * MM, -2 * MM, 0),
+        "U9": (0, 0, 2.0),
+        "U13": (-3 * MM, 3 * MM, 0),
+    }
+    new = photograph(painted(flat.board, moved), seed=6, light=light)
+    findings = inspect_view(new, flat.reference, flat.board).findings
+    for id, (x, y, turn) in moved.items():
+        assert findings[id].shift == pytest.approx((x, y), abs=0.06 * MM), id
+        assert findings[id].rotation == pytest.approx(turn, abs=0.5 * DEG), id

@@ -20,7 +20,7 @@ BOARD = board(
     component("B", "connector", -30, 0, (8, 8, 20)),
     component("C", "chip", -47, 0, (6, 6, 1)),
     component("D", "chip", 0, -25, (20, 20, 5)),
-    component("E", "heatsink", 0, -25, (24, 24, 10), z_mm=5, on="D"),
+    component("E", "dimm_module", 0, -25, (24, 24, 10), z_mm=5, on="D"),
     component("F", "chip", 0, 250, (5, 5, 1)),
 )
 

@@ -7,6 +7,7 @@ asked once more without what is explained by others.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 from aoicell.inspection.disturbance import MARGIN_PX, Area, disturbed
 from aoicell.inspection.findings import Finding, ViewInspection
 from aoicell.inspection.foreign import Spot, foreign_objects
-from aoicell.inspection.matching import APART_PX, Match, Place
+from aoicell.inspection.matching import APART_PX, Match, Place, Play
+from aoicell.inspection.planes import Plane
 from aoicell.inspection.registration import FineRegistration
-from aoicell.inspection.standard import Standard, Tools, grey_noise
+from aoicell.inspection.standard import Standard, Tools, gain_of, grey_noise
 from aoicell.inspection.templates import Template
 from aoicell.inspection.verdicts import lost, misfit, placed, reversed_part
 from aoicell.observation import Image
@@ -26,6 +28,9 @@ _LEAST_USED = 0.5  # share of a template that has to be asked,
 _LEAST_OF_SMALL, _SMALL = 0.9, 200  # and of one of so few pixels
 _MOVED_PX = 0.7  # less changes nothing about a part
 _FAR_STEPS = 15
+_EXCHANGES = 2  # of places between a part and what it is plugged into,
+_PLAY = Play(0.15e-3, np.radians(0.1))  # in which it has so much play, one sigma:
+_UNLIKELY = 0.3  # so much less of surprise a pixel is no proof of more
 _LIKELY = 0.5  # from this confidence on a part was put in the other way round
 _STIRRED_PX, _BESIDE_PX = 0.5, 2.3  # what has moved is looked for so far beside its place as well
 _BETTER = 0.92  # times the misfit
@@ -54,6 +59,11 @@ class Comparison:
         if self._outside.any():
             picture[self._outside] = standard.mean[self._outside]
         self._picture = picture
+
+    @cached_property
+    def _evened(self) -> Plane:
+        """The picture in the reference's light, as far as that differs all over."""
+        return self._picture / np.float32(gain_of(self._picture, self._standard))
 
     def inspection(self) -> ViewInspection:
         """The findings of the view."""
@@ -109,7 +119,32 @@ class Comparison:
                 outcomes[id] = self._best(tools, match, [match.place], 0.0, fits=True)
             else:
                 outcomes[id] = _Outcome(self._beside(tools, match), True)
+        for id in list(outcomes):
+            socket = self._standard.tools[id].template.component.on
+            if socket in outcomes and not all(
+                self._good(part, outcomes[part]) for part in (id, socket)
+            ):
+                for one, other in ((socket, id), (id, socket)) * _EXCHANGES:
+                    outcomes[one] = self._likewise(one, outcomes[one], outcomes[other])
         return outcomes
+
+    def _likewise(self, id: str, outcome: _Outcome, other: _Outcome) -> _Outcome:
+        """A part as it was found, or where what it is plugged into, or holds, was found: they move
+        together but for some play, and each tells what the other does not.
+        """
+        tools, there = self._standard.tools[id], other.match.place
+        apart_px = tools.matcher.apart_px(there, outcome.match.place)
+        if not other.fits or (outcome.fits and apart_px < _MOVED_PX):
+            return outcome
+        match = tools.matcher.at(
+            self._picture, there, self._noise, _FAR_STEPS, moved=True, play=_PLAY
+        )
+        limits = self._standard.config.verdict
+        forgiven = 0.0 if self._allowed(tools.template, match) else limits.forgiven
+        if not match.settled or misfit(match, limits, forgiven) > 1:
+            return outcome
+        likely = match.surprise < outcome.match.surprise + _UNLIKELY
+        return _Outcome(match, True) if likely or not outcome.fits else outcome
 
     def _beside(self, tools: Tools, match: Match) -> Match:
         """The match, or a clearly better one some pixels beside it: where only the outline tells,
@@ -135,18 +170,18 @@ class Comparison:
         First where it may be, then as far as a search reaches; where its place is bare, it does not
         lie there.
         """
-        config = self._standard.config
+        config, picture = self._standard.config, self._evened
         tolerance = self._standard.board.tolerance(tools.template.component)
         scale = tools.template.px_per_m
         if tolerance.shift * scale > _NEAR_PX or tolerance.rotation > _NEAR_TURN:
-            allowed = tools.search.places(self._picture, tolerance.shift, tolerance.rotation)
+            allowed = tools.search.places(picture, tolerance.shift, tolerance.rotation)
             best = self._best(tools, home, allowed, 0.0)
             if best.fits:
                 return best
         part = tools.template.component
         bare = tools.absence(self._picture, self._standard.mean)
         least = min(part.width, part.depth) / 2 if bare else 0.0
-        anywhere = tools.search.places(self._picture, config.search.reach, least=least)
+        anywhere = tools.search.places(picture, config.search.reach, least=least)
         return self._best(tools, home, anywhere, config.verdict.forgiven)
 
     def _best(
@@ -213,7 +248,8 @@ class Comparison:
         if left == 1 or left < (_LEAST_USED if ignored.size > _SMALL else _LEAST_OF_SMALL):
             return outcome
         match = tools.matcher.at(self._picture, Place(), self._noise, ignored=ignored)
-        return _Outcome(match, True) if self._fits(tools.template, match) else outcome
+        better = self._allowed(tools.template, match) or not outcome.fits
+        return _Outcome(match, True) if better and self._fits(tools.template, match) else outcome
 
     def _turned(
         self, tools: Tools, match: Match, covered: NDArray[np.uint8], own: Area | None

@@ -29,7 +29,7 @@ class ForeignConfig:
     sigmas: float = 6.0
     grey: float = 6.0
     least_px: int = 2
-    edge_px: float = 0.25
+    edge_px: float = 0.2
     gap_px: int = 6
 
 

@@ -8,13 +8,13 @@ What is left over is weighed by the noise.
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from aoicell.board import Tolerance
 from aoicell.inspection.layers import Layer
 from aoicell.inspection.planes import Plane
+from aoicell.inspection.sampling import sampled
 from aoicell.inspection.templates import Template
 from aoicell.transforms import Array
 
@@ -28,6 +28,7 @@ _PRINT = 60.0  # grey values a pixel: print is no steeper
 _PATIENCE, _HOPELESS = 1, 3.0  # after so many steps, half of all pixels off by so many sigma
 APART_PX = 1.5  # farther from its place, a part has other surroundings
 _WORST, _FEWEST_WORST = 0.05, 4  # share and number of the pixels that make a mark on a part
+_GROSS = 5.0  # sigma: no pixel surprises more
 _WHITE = 250.0  # grey values: from here on a sensor tells no more
 _DARK = 5.0  # grey values: below that noise falls no more
 
@@ -68,6 +69,14 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Play:
+    """How far a component may be off where a match begins, one sigma: `shift` (m), `turn` (rad)."""
+
+    shift: float
+    turn: float
+
+
+@dataclass(frozen=True)
 class Match:
     """A component at a place, with the covariance (3, 3) of that (m, m, rad), and what is left over
     in each pixel of its template, in sigma (n,), by the `weights` (n,) of one over its variance,
@@ -95,6 +104,12 @@ class Match:
     def asked(self) -> NDArray[np.bool_]:
         """The pixels (n,) that count."""
         return self.weights > 0
+
+    @property
+    def surprise(self) -> float:
+        """Minus twice the logarithm of how likely what its pixels show is, a pixel."""
+        squares = np.minimum(self.z[self.asked] ** 2, _GROSS**2)
+        return float((squares - np.log(self.weights[self.asked])).mean())
 
     @property
     def correlation(self) -> float:
@@ -136,7 +151,7 @@ class Matcher:
 
     def at(
         self, picture: Plane, place: Place, noise: float, steps: int = 5,
-        ignored: NDArray[np.bool_] | None = None, moved: bool = False,
+        ignored: NDArray[np.bool_] | None = None, moved: bool = False, play: Play | None = None,
     ) -> Match:  # fmt: skip
         """The match near a place, after so many `steps` at most; `noise`: variance a grey value.
 
@@ -147,6 +162,9 @@ class Matcher:
         grey = self._surface + noise * (t.values + _DARK)
         if ignored is not None:
             grey[ignored] = np.inf
+        sigmas = self._sigmas
+        if play is not None:
+            sigmas = np.array([play.shift, play.shift, play.turn, *sigmas[3:]])
         shift, turn = np.array(place.shift), place.rotation
         limit = 2 / t.px_per_m  # two pixels a step
         belief: Array | None = None
@@ -161,9 +179,9 @@ class Matcher:
             plain = 1 / (grey + edges + self._lag * min(gone, APART_PX) ** 2)
             plain[self._white[seen[self._white] > _WHITE]] = 0
             weights = plain if belief is None else plain * belief
-            inverse = np.linalg.inv((A * weights[:, None]).T @ A + np.diag(self._sigmas**-2))
+            inverse = np.linalg.inv((A * weights[:, None]).T @ A + np.diag(sigmas**-2))
             gone_by = shift - place.shift, turn - place.rotation
-            back = np.array([*(_turned(turn).T @ gone_by[0]), gone_by[1], 0, 0]) / self._sigmas**2
+            back = np.array([*(_turned(turn).T @ gone_by[0]), gone_by[1], 0, 0]) / sigmas**2
             x = inverse @ (A.T @ (weights * r) - back)
             settled = self._gone(x[:2], x[2]) < _STILL_PX
             move = x[:2] * min(1.0, limit / (np.hypot(*x[:2]) + 1e-12))
@@ -182,7 +200,7 @@ class Matcher:
         scale = max(float((z**2).sum() / count), 1.0)
         moved_px = self._gone(shift, turn)
         turn = float((turn + np.pi) % (2 * np.pi) - np.pi)
-        strain = float(np.hypot(*(x[3:] / self._sigmas[3:])))
+        strain = float(np.hypot(*(x[3:] / sigmas[3:])))
         return Match(
             Place((float(shift[0]), float(shift[1])), turn), inverse[:3, :3] * scale,
             z, plain, moved_px, settled, strain, *leftover(z[asked]), r + t.values, t.values,
@@ -192,6 +210,10 @@ class Matcher:
     def jacobian(self) -> Array:
         """How the grey values (n, 5) in its place change with shift, turn, gain and offset."""
         return self._A
+
+    def apart_px(self, one: Place, other: Place) -> float:
+        """How far (px) the component's pixels move from one place to the other."""
+        return self._gone(np.subtract(one.shift, other.shift), one.rotation - other.rotation)
 
     def _gone(self, shift: Array, turn: float) -> float:
         """How far (px) the component's pixels move."""
@@ -204,7 +226,7 @@ class Matcher:
             at = t.uv.astype(int)
             return self._A, np.asarray(picture[at[:, 1], at[:, 0]], float), t.values
         uv = self._carried(place)
-        seen = np.asarray(cv2.remap(picture, uv[:, :1], uv[:, 1:], cv2.INTER_CUBIC)[:, 0], float)
+        seen = np.asarray(sampled(picture, uv[:, 0], uv[:, 1]), float)
         A, values, behind = self._A, t.values.copy(), layer.behind(uv[layer.edge])
         values[layer.edge] = layer.values(behind)
         if apart and len(behind):

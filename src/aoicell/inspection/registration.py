@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aoicell.camera import Camera
+from aoicell.inspection.sampling import sampled
 from aoicell.inspection.shown import MARKER, NOTHING, Shown
 from aoicell.observation import Image
 from aoicell.patches import PatchConfig, at_level, pick_patches, with_gradients
@@ -206,7 +207,7 @@ def _fit(
     at = level.uv + flow[:, None].astype(np.float32)
     height, width = image.shape
     inside = ((at > 1) & (at < [width - 2, height - 2])).all(axis=(1, 2))
-    values = cv2.remap(image, at[..., 0], at[..., 1], cv2.INTER_CUBIC).astype(float)
+    values = sampled(image, at[..., 0], at[..., 1]).astype(float)
     values -= values.mean(axis=1, keepdims=True)
     along = (values * level.texture).sum(axis=1)
     correlation = along / (np.linalg.norm(values, axis=1) + 1e-9)

@@ -18,7 +18,7 @@ from aoicell.inspection.virtual_picture import BEYOND, Drawing
 from aoicell.transforms import SE3, Array, apply
 
 BARE, MARKER, NOTHING = -1, -2, -3  # in place of a component's number
-HOLLOW = ("dimm_module", "heatsink")
+HOLLOW = ("dimm_module",)
 _GRID_PX = 16  # the lens bends so little within it that rays may be interpolated
 _EDGES = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 

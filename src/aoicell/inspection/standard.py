@@ -167,6 +167,14 @@ def _covered(shown: Shown) -> NDArray[np.bool_]:
     return cv2.dilate((shown.numbers >= 0).astype(np.uint8), disc).astype(bool)
 
 
+def gain_of(picture: Plane, standard: Standard) -> float:
+    """How many times brighter a picture is than the reference, by the bare board."""
+    step = (slice(None, None, 4), slice(None, None, 4))
+    bare = standard.shown.numbers[step] == BARE
+    ratios = picture[step][bare] / np.maximum(standard.mean[step][bare], 1)
+    return max(float(np.nanmedian(ratios)), _DARKEST) if len(ratios) else 1.0
+
+
 def grey_noise(picture: Plane, standard: Standard) -> float:
     """Variance of the difference of two pictures of the bare board, a grey value of light."""
     step = (slice(None, None, 4), slice(None, None, 4))
@@ -182,4 +190,5 @@ def grey_noise(picture: Plane, standard: Standard) -> float:
 
 
 _BLUR_PX = 3
+_DARKEST = 0.1  # of the reference's light
 _QUIET = 2 / 12 / 30  # two pictures' rounding to whole grey values

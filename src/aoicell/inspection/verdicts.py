@@ -26,8 +26,8 @@ class VerdictConfig:
     the tolerance, what seems beyond that has to be so by `doubt` sigma: most parts are good.
     """
 
-    rms: float = 1.75
-    worst: float = 5.9
+    rms: float = 1.57
+    worst: float = 5.3
     strain: float = 3.3
     spread: float = 0.1
     correlation: float = 0.5

@@ -14,6 +14,7 @@ from numpy.polynomial.chebyshev import chebpts1, chebvander
 from aoicell.camera import Camera
 from aoicell.inspection.planes import Plane
 from aoicell.inspection.registration import FineRegistration
+from aoicell.inspection.sampling import sampled
 from aoicell.inspection.shown import Shown
 from aoicell.observation import Image
 from aoicell.transforms import SE3, Array
@@ -50,11 +51,7 @@ class Warp:
                 flow += rise * self._heights
             maps.append(flow + pixels)
         columns, rows = maps
-        warped = cv2.remap(
-            new.astype(np.float32), columns, rows, cv2.INTER_CUBIC,
-            borderMode=cv2.BORDER_CONSTANT, borderValue=np.nan,
-        )  # fmt: skip
-        return np.asarray(warped, np.float32)
+        return sampled(new.astype(np.float32), columns, rows, beyond=np.nan)
 
     def _spread(self, nodes: Plane) -> Plane:
         """Values (H, W) from those at the nodes: by polynomials to a grid, linear between."""
