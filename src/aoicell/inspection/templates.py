@@ -7,6 +7,7 @@ seen, but for their crest: their light comes from elsewhere when the board lies 
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import cv2
 import numpy as np
@@ -81,6 +82,11 @@ class Template:
     def hollow(self) -> bool:
         """Whether one sees what is behind it, between its upper sides or what stands on it."""
         return _is_hollow(self.component, self.visible)
+
+    def within(self, mask: NDArray[Any]) -> NDArray[np.bool_]:
+        """Which of its pixels (n,) lie in a mask (H, W)."""
+        at = self.uv.astype(int)
+        return np.asarray(mask[at[:, 1], at[:, 0]] > 0)
 
     @cached_property
     def px_per_m(self) -> float:
