@@ -34,7 +34,7 @@ class VerdictConfig:
     forgiven: float = 0.15
     indulged: float = 0.015
     vague: float = 0.15
-    doubt: float = 1.5
+    doubt: float = 1.2
 
 
 def misfit(match: Match, config: VerdictConfig, forgiven: float = 0.0) -> float:
