@@ -55,12 +55,12 @@ def test_the_surer_view_counts_more() -> None:
 
 def test_two_doubtful_views_are_sure_together() -> None:
     """Each is turned by more than is allowed, and too unsure to be called."""
-    a, b = seen(turn=6.9 * DEG), seen(turn=7.3 * DEG, view="B")
+    a, b = seen(turn=7.34 * DEG), seen(turn=7.38 * DEG, view="B")
     assert {a.state, b.state} == {"present"}
     found = both(a, b)
     assert found.state == "rotated"
-    assert found.reason == "turned by 7.1 deg, 5.0 deg are accepted"
-    assert found.confidence > 0.9
+    assert found.reason == "turned by 7.4 deg, 5.0 deg are accepted"
+    assert found.confidence > 0.95
 
 
 def test_a_false_turn_is_taken_back() -> None:
